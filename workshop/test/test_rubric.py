@@ -2,7 +2,7 @@
 
 import pytest
 
-from sdc_sim.yaml_document import DocumentError
+from sdc_common.validation import DocumentError
 from sdc_workshop.grading.grading import Grade
 from sdc_workshop.grading.rubric import load_rubric, mark
 from sdc_workshop.steps import load_steps

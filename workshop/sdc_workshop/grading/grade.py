@@ -19,9 +19,9 @@ from typing import Iterator, Sequence
 
 import yaml
 
+from sdc_common.validation import DocumentError
 from sdc_experiments.sandbox import SandboxError, user_id
 from sdc_experiments.sweep.dask_engine import ClusterError
-from sdc_sim.yaml_document import DocumentError
 from sdc_workshop.exam.sandbox import require
 from sdc_workshop.grading.cluster import grade_on_cluster
 from sdc_workshop.grading.copies import Copy, copies

@@ -1,13 +1,10 @@
 """The Gymnasium environments: one car, many cars, pictures, seeds, rewards and ends."""
 
-import os
-import sys
 import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
-import rospkg
 
 gymnasium = pytest.importorskip(
     "gymnasium", reason="gymnasium is not installed (docker/prepare learning)"
@@ -22,10 +19,8 @@ from sdc_experiments.learning import merge, traffic_world
 from sdc_experiments.learning.observation import NAMES
 from sdc_experiments.learning.traffic_environment import TRAFFIC_NAMES
 from sdc_experiments.learning.train import drive, train
-from sdc_sim.road.network_file import load_network
-
-sys.path.append(os.path.join(rospkg.RosPack().get_path("sdc_sim"), "test"))
-from street_maps import needs_maps, needs_traffic, town  # noqa: E402
+from sdc_map.network_file import load_network
+from sdc_testing.street_maps import needs_maps, needs_traffic, town
 
 pytestmark = pytest.mark.slow(12)
 

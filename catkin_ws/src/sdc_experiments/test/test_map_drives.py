@@ -1,31 +1,26 @@
 """Drives on maps in one process: to the goal, the same twice, and on when the mission changes."""
 
-import os
-import sys
 from itertools import islice
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import rospkg
 
 from sdc_common.geometry.route import Route
 from sdc_experiments.closed_loop import car_with, drive_result
 from sdc_experiments.configuration import node_parameters
 from sdc_experiments.map_drives import had_emergency, main, seeds_of
 from sdc_experiments.slow_traffic import seconds_behind
+from sdc_map.lane_graph import LaneGraph, NoRouteError
+from sdc_map.network_file import load_network
 from sdc_package.car import MissionDriver
 from sdc_package.global_planner import GlobalPlanner
 from sdc_package.local_planner import PlannerSettings
-from sdc_sim.road.lane_graph import LaneGraph, NoRouteError
-from sdc_sim.road.network_file import load_network
 from sdc_sim.runner import isolated_drive, prepare
 from sdc_sim.scenario.drive_setup import drive_setup
 from sdc_sim.scenario.map_drive import first_mission, launch_arguments
 from sdc_sim.scenario.reader import load_scenario
-
-sys.path.append(os.path.join(rospkg.RosPack().get_path("sdc_sim"), "test"))
-from street_maps import has_libsumo, needs_maps, needs_traffic, town  # noqa: E402
+from sdc_testing.street_maps import has_libsumo, needs_maps, needs_traffic, town
 
 pytestmark = [needs_maps, pytest.mark.slow(6)]
 

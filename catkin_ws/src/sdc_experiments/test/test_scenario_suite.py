@@ -1,9 +1,7 @@
 """./scenarios: drives of scenario types, their scores, and the page."""
 
 import json
-import os
 import subprocess
-import sys
 from html import escape
 from pathlib import Path
 
@@ -13,11 +11,9 @@ from distributed import LocalCluster
 
 from sdc_experiments.closed_loop import drive
 from sdc_experiments.scenarios import NAIVE, OWN, main, picture_of, row_of, run, summary
+from sdc_map.map_file import map_file
 from sdc_sim.scenario.street_scenarios import types
-from sdc_sim.yaml_document import map_file
-
-sys.path.append(os.path.join(rospkg.RosPack().get_path("sdc_sim"), "test"))
-from street_maps import needs_maps  # noqa: E402
+from sdc_testing.street_maps import needs_maps
 
 ROOT = Path(__file__).resolve().parents[4]
 NAMES = ["DynamicObjectCrossing", "ParkedObstacle"]

@@ -8,12 +8,12 @@ from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from sdc_common.ros.node import parameter, refuse, watch_connections
 from sdc_common.ros.refusal import refusing
+from sdc_map.lane_graph import NoRouteError
+from sdc_map.network_file import MapError, load_network
 from sdc_msgs.srv import CloseLane, CloseLaneResponse
 from sdc_package.global_planner import GlobalPlanner
 from sdc_package.msg import BaseWaypoint, LocalPath, Path, Waypoint
 from sdc_package.odometry import pose_and_speed
-from sdc_sim.road.lane_graph import NoRouteError
-from sdc_sim.road.network_file import MapError, load_network
 
 
 class GlobalPlannerNode:

@@ -2,13 +2,10 @@
 """The global planner publishes the mission with its limits, and another one when it is needed."""
 
 import contextlib
-import os
 import subprocess
-import sys
 import tempfile
 import unittest
 
-import rospkg
 import rospy
 import rostest
 from geometry_msgs.msg import PoseStamped
@@ -17,9 +14,7 @@ from sdc_msgs.srv import CloseLane
 from sdc_package.msg import LocalPath, Path
 
 from sdc_testing import MessageListener, wait_for_subscriber
-
-sys.path.append(os.path.join(rospkg.RosPack().get_path("sdc_sim"), "test"))
-from street_maps import is_installed, town
+from sdc_testing.street_maps import is_installed, town
 
 TOPIC = "/planner/mission_waypoints"
 

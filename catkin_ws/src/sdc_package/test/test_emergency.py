@@ -1,22 +1,16 @@
 """When the car brakes as hard as it can: for a contact that a firm stop no longer avoids."""
 
-import os
-import sys
-
 import numpy as np
 import pytest
-import rospkg
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.road_line import road_route
+from sdc_map.lane_graph import LaneGraph, drawn_places
+from sdc_map.map_file import map_file
+from sdc_map.mission import plan_mission
+from sdc_map.network_file import load_network
 from sdc_package.behaviour.streets import StreetBehaviour, StreetMargins
-from sdc_sim.road.lane_graph import LaneGraph, drawn_places
-from sdc_sim.road.mission import plan_mission
-from sdc_sim.road.network_file import load_network
-from sdc_sim.yaml_document import map_file
-
-sys.path.append(os.path.join(rospkg.RosPack().get_path("sdc_sim"), "test"))
-from street_maps import needs_maps  # noqa: E402
+from sdc_testing.street_maps import needs_maps
 
 pytestmark = needs_maps
 MARGINS = StreetMargins(1.0, 3.0, 1.5, 1.0, 4.0, 1.6, 7.0, 2.35)

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from sdc_map.lane_graph import LaneGraph, NoRouteError
+from sdc_map.network import Network, RoadLane
 from sdc_package.global_planner import GlobalPlanner
-from sdc_sim.road.lane_graph import LaneGraph, NoRouteError
-from sdc_sim.road.network import Network, RoadLane
 from sdc_sim.scenario.map_drive import first_mission
 
 

@@ -7,11 +7,11 @@ import pytest
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.road_line import road_route
-from sdc_package.behaviour.crossings import places_along
+from sdc_map.crossings import places_along
+from sdc_map.network import BROKEN, SOLID, Network, RoadLane
 from sdc_package.behaviour.forecast import Body, forecast
 from sdc_package.behaviour.manoeuvres import Manoeuvres
 from sdc_package.behaviour.road import Around, around, road_along
-from sdc_sim.road.network import BROKEN, SOLID, Network, RoadLane
 
 WIDTH_M, LENGTH_M, TICK_S, MOST_MPS = 3.5, 700.0, 0.05, 12.0
 CAR = Body(2.35, 2.0, 1.8, 2.5)

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from sdc_common.driving import Command, Observation
 from sdc_common.geometry.route import Route
+from sdc_common.validation import DocumentError
 from sdc_package.controller import Controller
 from sdc_package.input_pairing import InputPairing
 from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
@@ -26,7 +27,6 @@ from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.scenario.drive_setup import DriveSetup
-from sdc_sim.yaml_document import DocumentError
 
 pytestmark = pytest.mark.slow(6)
 

@@ -1,25 +1,20 @@
 """What the car decides on streets: where it stops, for whom, and how it follows."""
 
 import dataclasses
-import os
-import sys
 
 import numpy as np
 import pytest
-import rospkg
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.road_line import road_route
-from sdc_package.behaviour.crossings import crossings, places_along
+from sdc_map.crossings import crossings, places_along
+from sdc_map.lane_graph import LaneGraph, drawn_places
+from sdc_map.map_file import map_file
+from sdc_map.mission import plan_mission
+from sdc_map.network_file import load_network
 from sdc_package.behaviour.crosswalks import crosswalks_on
 from sdc_package.behaviour.streets import StreetBehaviour, StreetMargins
-from sdc_sim.road.lane_graph import LaneGraph, drawn_places
-from sdc_sim.road.mission import plan_mission
-from sdc_sim.road.network_file import load_network
-from sdc_sim.yaml_document import map_file
-
-sys.path.append(os.path.join(rospkg.RosPack().get_path("sdc_sim"), "test"))
-from street_maps import needs_maps  # noqa: E402
+from sdc_testing.street_maps import needs_maps
 
 pytestmark = needs_maps
 FRONT_M = 2.35

@@ -6,13 +6,13 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 from referee_rules import RULES
-from street_maps import needs_maps, town
 
 from sdc_sim.evaluation.drive_evaluation import COLUMNS
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.metrics import COEFFICIENTS
 from sdc_sim.report.html_page import MEANINGS, write_html
 from sdc_sim.report.plots import PANELS, write_png
+from sdc_testing.street_maps import needs_maps, town
 
 pytestmark = pytest.mark.slow(12)
 

@@ -6,11 +6,11 @@ import cv2
 import numpy as np
 import pytest
 
+from sdc_map.network import BROKEN, KERB, SOLID, STOP, Connection, Junction, Network, RoadLane
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.network_rasterizer import NetworkRasterizer
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.camera.signs import sign
-from sdc_sim.road.network import BROKEN, KERB, SOLID, STOP, Connection, Junction, Network, RoadLane
 from sdc_sim.road.network_scenery import network_scenery
 from sdc_sim.road.scenery import SIGN, STOP_SIGN, Scenery
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 import yaml
 
+from sdc_common.validation import DocumentError
 from sdc_sim.scenario.packaged import (
     find_packaged,
     find_route,
@@ -16,7 +17,6 @@ from sdc_sim.scenario.packaged import (
     sim_options,
 )
 from sdc_sim.scenario.reader import Scenario
-from sdc_sim.yaml_document import DocumentError
 
 SCENARIO = Scenario("/my/drive.yaml")
 KNOWN = "The known ones are: bmw_320i ford_escort snider2009 tesla_model3 vw_vanagon"

@@ -3,11 +3,11 @@
 import os
 
 import pytest
-from street_maps import needs_maps
 
 from sdc_sim.runner import prepare
 from sdc_sim.scenario.packaged import find_scenario, folder_of
 from sdc_sim.scenario.reader import load_scenario
+from sdc_testing.street_maps import needs_maps
 
 SCENARIOS = sorted(
     name[: -len(".yaml")] for name in os.listdir(folder_of("scenario")) if name.endswith(".yaml")

@@ -10,15 +10,15 @@ import pytest
 import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from street_maps import needs_maps, town
 
 from sdc_common.geometry.route import Route
 from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_common.validation import DocumentError
 from sdc_sim.physics.obstacles import Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLightPlan, light_states
 from sdc_sim.scenario.reader import load_scenario
 from sdc_sim.scenario.traffic import load_traffic
-from sdc_sim.yaml_document import DocumentError
+from sdc_testing.street_maps import needs_maps, town
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 EXAMPLES = os.path.join(HERE, "..", "config", "obstacles")

@@ -8,11 +8,11 @@ import pytest
 import yaml
 
 from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_common.validation import DocumentError
 from sdc_sim.catkin_workspace import WorkspaceError
 from sdc_sim.runner import CheckedDrive, main, prepare
 from sdc_sim.scenario.packaged import folder_of
 from sdc_sim.scenario.reader import load_scenario
-from sdc_sim.yaml_document import DocumentError
 
 
 def write(tmp_path, text):

@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from street_maps import needs_maps, town
 
+from sdc_map.map_file import map_file
 from sdc_sim.evaluation.lane_rules import ARTICLES
 from sdc_sim.evaluation.route_progress import DriveSample
 from sdc_sim.evaluation.street_rules import StreetRules
-from sdc_sim.yaml_document import map_file
+from sdc_testing.street_maps import needs_maps, town
 
 pytestmark = needs_maps
 
@@ -19,7 +19,7 @@ EAST, SOUTH, WEST = 0.0, -0.5 * math.pi, math.pi
 
 @pytest.fixture(scope="module")
 def networks(tmp_path_factory):
-    from sdc_sim.road.network_file import load_network
+    from sdc_map.network_file import load_network
 
     kinds = "priority", "priority_stop"
     return {one: load_network(town(tmp_path_factory.mktemp(one), mid=one)) for one in kinds}
@@ -222,7 +222,7 @@ ENDING, THROUGH = -289.25, -292.75
     ],
 )
 def test_where_a_lane_ends_they_take_turns(ahead, waits_m, expected):
-    from sdc_sim.road.network_file import load_network
+    from sdc_map.network_file import load_network
 
     network, car = load_network(map_file("town")), straight(252.0, THROUGH, WEST, 4.0)
     others = [ahead, straight(213.0 + waits_m, ENDING, WEST, 0.0)]

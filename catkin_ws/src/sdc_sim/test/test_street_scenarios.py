@@ -6,18 +6,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from street_maps import needs_maps
 
 from sdc_common.geometry.polyline import Polyline
+from sdc_common.validation import DocumentError
+from sdc_map.network_file import load_network
 from sdc_sim.evaluation.lane_rules import holds_up
 from sdc_sim.evaluation.street_rules import RoadUser
 from sdc_sim.physics.collision import Rectangle, overlap
 from sdc_sim.physics.obstacles import KINDS
-from sdc_sim.road.network_file import load_network
 from sdc_sim.scenario.drive_setup import drive_setup
 from sdc_sim.scenario.map_drive import first_mission
 from sdc_sim.scenario.street_scenarios import place, types
-from sdc_sim.yaml_document import DocumentError
+from sdc_testing.street_maps import needs_maps
 
 pytestmark = needs_maps
 SEEDS = (0, 1)
@@ -157,7 +157,7 @@ def test_map_without_such_a_place_is_named(small_map):
 
 @pytest.fixture(name="small_map")
 def _small_map(town):
-    from sdc_sim.road.network import Network
+    from sdc_map.network import Network
 
     return Network("small", [one for one in town.driving if one.id.startswith("quarter_ab")])
 

@@ -6,15 +6,16 @@ import sys
 
 import numpy as np
 import pytest
-from street_maps import has_libsumo, needs_traffic, town
 
+from sdc_common.validation import DocumentError
+from sdc_map.map_file import map_file
+from sdc_map.network import WALKING
+from sdc_map.network_file import load_network
 from sdc_sim.physics.collision import Rectangle
 from sdc_sim.physics.traffic_lights import COLOURS
-from sdc_sim.road.network import WALKING
-from sdc_sim.road.network_file import load_network
 from sdc_sim.scenario.drive_setup import drive_setup
 from sdc_sim.traffic import lights
-from sdc_sim.yaml_document import DocumentError, map_file
+from sdc_testing.street_maps import has_libsumo, needs_traffic, town
 
 if has_libsumo:
     from sdc_sim.traffic.sumo_traffic import SumoTraffic

@@ -7,8 +7,8 @@ import os
 import pytest
 import yaml
 
+from sdc_common.validation import DocumentError
 from sdc_sim.physics.vehicle_parameters import load_vehicle
-from sdc_sim.yaml_document import DocumentError
 
 PRESET_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "vehicles")
 

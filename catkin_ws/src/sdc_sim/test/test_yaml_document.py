@@ -4,7 +4,8 @@ import re
 
 import pytest
 
-from sdc_sim.yaml_document import DocumentError, load_yaml, validate
+from sdc_common.validation import DocumentError
+from sdc_sim.yaml_document import load_yaml, validate
 
 NUMBER = {"type": "number", "minimum": 0.0, "description": "a number from 0"}
 SCHEMA = {

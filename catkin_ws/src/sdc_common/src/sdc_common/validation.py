@@ -1,10 +1,14 @@
-"""Validate parameters; the error names the parameter and suggests a fix."""
+"""Validate parameters and files; the error names what is wrong and suggests a fix."""
 
 from __future__ import annotations
 
 import difflib
 import sys
 from typing import Any, Callable, Iterable, Mapping
+
+
+class DocumentError(ValueError):
+    """A file that cannot be used; the one-line message names file, line, problem and fix."""
 
 
 def check_positive(**values: object) -> None:

@@ -137,8 +137,8 @@ def conditions(
         map_file, goal = map_file or map_path(setup.scenario), goal or setup.scenario.goals or None
     if not map_file:
         return setup, None
+    from sdc_map.network_file import load_network
     from sdc_package.global_planner import GlobalPlanner
-    from sdc_sim.road.network_file import load_network
     from sdc_sim.scenario.map_drive import file_points, first_mission
 
     goals = () if goal is None else [goal] if np.ndim(goal) == 1 else goal

@@ -26,11 +26,11 @@ import numpy as np
 
 from sdc_common.geometry.route import Route
 from sdc_experiments.closed_loop import drive_result
-from sdc_package.behaviour.crossings import crossings, places_along
+from sdc_map.crossings import crossings, places_along
+from sdc_map.lane_graph import LaneGraph
+from sdc_map.network_file import MapError, load_network
 from sdc_package.behaviour.situation import PEDESTRIAN
 from sdc_sim.evaluation.metrics import comfort_breaks
-from sdc_sim.road.lane_graph import LaneGraph
-from sdc_sim.road.network_file import MapError, load_network
 from sdc_sim.scenario.map_drive import first_mission
 from sdc_sim.simulation.snapshot import ObstacleState, Snapshot
 

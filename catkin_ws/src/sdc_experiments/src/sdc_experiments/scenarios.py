@@ -30,10 +30,10 @@ from sdc_experiments.sweep.dask_engine import ClusterError, DaskEngine
 from sdc_experiments.sweep.progress import SweepProgress
 from sdc_experiments.sweep.results import write_csv
 from sdc_experiments.sweep.statistics import estimate
+from sdc_map.map_file import map_file
+from sdc_map.network_file import load_network
 from sdc_sim.evaluation.drive_evaluation import OBSTACLES, DriveEvaluation
-from sdc_sim.road.network_file import load_network
 from sdc_sim.scenario.street_scenarios import Placement, of_map, types
-from sdc_sim.yaml_document import map_file
 
 OPTIONS = {
     "seeds": "20",  # 1 to 20, or the first and the last one

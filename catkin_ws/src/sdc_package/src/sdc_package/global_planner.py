@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Sequence
 
 from sdc_common.geometry.polyline import Polyline
-from sdc_sim.road.lane_graph import LaneGraph
-from sdc_sim.road.mission import Mission, Point, plan_mission
-from sdc_sim.road.network import Network
+from sdc_map.lane_graph import LaneGraph
+from sdc_map.mission import Mission, Point, plan_mission
+from sdc_map.network import Network
 
 # The car drives elsewhere if it is so far from the mission, and a lane is nearer by this.
 _LOST_M, _NEARER_M = 3.0, 1.0

@@ -31,6 +31,7 @@ import rospkg
 from sdc_common.geometry.road_line import road_route
 from sdc_common.processes import isolated_ros_environment
 from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_common.validation import DocumentError
 from sdc_sim.catkin_workspace import WorkspaceError, check_stack, workspace_environment
 from sdc_sim.report.writer import EVENTS, companion, complete_report, is_complete
 from sdc_sim.scenario.acceptance_limits import read_report, violations
@@ -46,7 +47,6 @@ from sdc_sim.scenario.packaged import (
 )
 from sdc_sim.scenario.reader import Scenario, load_scenario, map_path
 from sdc_sim.scenario.traffic import load_traffic
-from sdc_sim.yaml_document import DocumentError
 
 _SHUTDOWN_TIMEOUT_S = 30.0
 _LOG_TAIL_LINES = 25

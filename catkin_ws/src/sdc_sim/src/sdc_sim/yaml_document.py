@@ -9,13 +9,10 @@ from typing import Any, Iterable
 import rospkg
 import yaml
 
-from sdc_common.validation import is_number, suggestion
+from sdc_common.validation import DocumentError, is_number, suggestion
+from sdc_map.map_file import map_file as map_file  # its old place, for students' workspaces
 
 _TYPE_NAMES = {type(None): "nothing", dict: "a mapping", list: "a list"}
-
-
-class DocumentError(ValueError):
-    """A file that cannot be used; the one-line message names file, line, problem and fix."""
 
 
 class YamlDocument:
@@ -104,14 +101,6 @@ def config_path(name: str) -> str:
     if not os.path.isdir(folder):
         folder = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "config")
     return os.path.join(folder, name)
-
-
-def map_file(name: str, folder: str = "") -> str:
-    """Return the path of a map: of a packaged one, or of a file relative to a folder."""
-    packaged = config_path(os.path.join("..", "maps", name + ".net.xml"))
-    if name.isidentifier() and os.path.exists(packaged):
-        return os.path.abspath(packaged)
-    return os.path.abspath(os.path.join(folder, os.path.expanduser(name)))
 
 
 def schema(name: str) -> dict:

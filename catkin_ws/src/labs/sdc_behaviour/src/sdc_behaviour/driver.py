@@ -15,7 +15,7 @@ from sdc_behaviour.manoeuvre import LaneProposal, LaneScene, acceleration_mps2, 
 from sdc_behaviour.roads import GiveWayLine
 from sdc_common.driving import DetectedObstacle, Observation, Path
 from sdc_common.geometry.polyline import Polyline
-from sdc_sim.road.network import Network
+from sdc_map.network import Network
 
 CAR_M = 4.7
 # The space of a junction that two need: their centres are nearer than this to the crossing point.

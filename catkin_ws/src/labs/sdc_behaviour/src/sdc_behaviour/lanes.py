@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from sdc_common.driving import DetectedObstacle
-from sdc_sim.road.network import Network
+from sdc_map.network import Network
 
 # A road user farther from every lane is predicted straight ahead, and so is one that crosses it.
 _LANE_M, _ACROSS_RAD = 2.5, 1.0

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sdc_sim.road.network import Network, RoadLane
+from sdc_map.network import Network, RoadLane
 
 WIDTH_M = 3.5
 # The junction, which begins with the line at which one gives way, and the end of the road [m].

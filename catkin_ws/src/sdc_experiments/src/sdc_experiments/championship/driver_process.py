@@ -30,7 +30,7 @@ _MAX_SLEEP_S, _MAX_STEP_S = 2.0, 5.0
 _START_S = 60.0  # processor time to load the file and to make the first calls
 _POLL_S = 0.01
 _KEPT = ("LANG", "PATH", "ROS_PACKAGE_PATH", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
-_PACKAGES = ("sdc_common", "sdc_sim", "sdc_package", "sdc_experiments", "sdc_mpc")
+_PACKAGES = ("sdc_common", "sdc_map", "sdc_sim", "sdc_package", "sdc_experiments", "sdc_mpc")
 _ENDS = {-signal.SIGSYS: "it called the system for what is forbidden: a program, thread or socket"}
 _ENDS[-signal.SIGXCPU] = _ENDS[-signal.SIGKILL] = "it used up its memory or processor time"
 _ENDS[0] = "it exited early"

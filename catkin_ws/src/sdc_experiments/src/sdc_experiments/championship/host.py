@@ -32,7 +32,7 @@ import seccomp
 from sdc_common.driving import Command, Observation
 from sdc_experiments.championship.league import TABLE
 from sdc_experiments.championship.mission import DriverMission, car_of
-from sdc_sim.road.network_file import load_network
+from sdc_map.network_file import load_network
 
 FILE = "driver.py"
 # Of an answer: whether there is a command, throttle, steer, brake, hand brake, reverse, and the

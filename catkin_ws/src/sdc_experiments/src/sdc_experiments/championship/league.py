@@ -13,12 +13,12 @@ from sdc_experiments.championship.mission import DriverMission
 from sdc_experiments.closed_loop import conditions
 from sdc_experiments.configuration import node_parameters
 from sdc_experiments.recorder import stop_lines_of
+from sdc_map.map_file import map_file
 from sdc_sim.road.random_routes import long_route
 from sdc_sim.scenario.drive_setup import DriveSetup
 from sdc_sim.scenario.packaged import node_config, overridden
 from sdc_sim.scenario.street_scenarios import of_map, types
 from sdc_sim.simulation.simulation import Simulation
-from sdc_sim.yaml_document import map_file
 
 TABLE = node_config("sdc_experiments", "championship")
 LEAGUES: dict[str, dict[str, Any]] = TABLE["leagues"]

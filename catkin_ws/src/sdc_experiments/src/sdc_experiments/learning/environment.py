@@ -13,13 +13,13 @@ from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.polyline import Place
 from sdc_experiments.closed_loop import conditions
 from sdc_experiments.learning import observation as obs
+from sdc_map.map_file import map_file
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.physics.traffic_lights import RED, YELLOW
 from sdc_sim.road.road import Road
 from sdc_sim.scenario.drive_setup import DriveSetup, RouteSource, drive_setup
 from sdc_sim.simulation.snapshot import Snapshot
-from sdc_sim.yaml_document import map_file
 
 OBSERVATIONS = ("vector", "camera")
 _BACK_M, _AHEAD_M = 2.0, 4.0

@@ -24,7 +24,7 @@ from sdc_experiments.sweep.true_metrics import true_metrics
 from sdc_sim.report.writer import is_complete
 from sdc_sim.runner import isolated_drive
 
-_PACKAGES = ("sdc_common", "sdc_sim", "sdc_package")
+_PACKAGES = ("sdc_common", "sdc_map", "sdc_sim", "sdc_package")
 _CODE_ENDINGS = (".py", ".yaml", ".launch", ".csv")
 _MODULES = (
     *("configuration.py", "closed_loop.py", "scenarios.py", "sweep/cell_drive.py"),

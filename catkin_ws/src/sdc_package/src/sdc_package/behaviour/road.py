@@ -9,8 +9,8 @@ from typing import Any, NamedTuple, Sequence
 import numpy as np
 
 from sdc_common.geometry.route import Route
+from sdc_map.network import SOLID, LanePlace, Network, RoadLane, edge_of
 from sdc_package.obstacles import Obstacles
-from sdc_sim.road.network import SOLID, LanePlace, Network, RoadLane, edge_of
 
 # What is beside a lane: nothing, a lane of the same direction, an oncoming lane, and one behind a
 # solid line.

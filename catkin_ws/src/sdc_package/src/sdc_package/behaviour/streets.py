@@ -13,7 +13,7 @@ from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.polyline import Place
 from sdc_common.geometry.route import Route
 from sdc_common.validation import check_non_negative
-from sdc_package.behaviour.crossings import (
+from sdc_map.crossings import (
     BESIDE_M,
     OVER_M,
     Conflict,
@@ -22,13 +22,13 @@ from sdc_package.behaviour.crossings import (
     places_along,
     time_s,
 )
+from sdc_map.network import LanePlace, Network
 from sdc_package.behaviour.crosswalks import crosswalks_on
 from sdc_package.behaviour.emergency import Motions, meets
 from sdc_package.behaviour.forecast import Body
 from sdc_package.behaviour.manoeuvres import Manoeuvres
 from sdc_package.behaviour.road import VEHICLE_M, road_along
 from sdc_package.obstacles import FIRM_MPS2, HARD_MPS2, Obstacles
-from sdc_sim.road.network import LanePlace, Network
 
 STOP_SIGN, RIGHT_OF_WAY, JUNCTION_BLOCKED = "stop_sign", "right_of_way", "junction_blocked"
 CROSSWALK = "crosswalk"
@@ -384,7 +384,7 @@ def streets_of(
     """
     margins = StreetMargins(**parameter("streets"))
     if network is None and parameter("map"):
-        from sdc_sim.road.network_file import load_network  # sumolib takes 0.2 s.
+        from sdc_map.network_file import load_network  # sumolib takes 0.2 s.
 
         network = load_network(parameter("map"))
     return None if network is None else StreetBehaviour(network, margins)

@@ -14,10 +14,10 @@ from typing import NamedTuple, Sequence
 import cv2
 import numpy as np
 
+from sdc_map.network import Network
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.ground_textures import FINEST_TEXEL_M, GRASS_BGR, LEVELS, TILE_PX
 from sdc_sim.camera.tiles import GroundTiles
-from sdc_sim.road.network import Network
 from sdc_sim.road.road import Road
 from sdc_sim.road.scenery import Scenery
 from sdc_sim.simulation.weather import HAZE_BGR, HAZE_RANGE_M, Weather

@@ -6,6 +6,7 @@ from typing import Sequence
 
 import numpy as np
 
+from sdc_map.network import Network
 from sdc_sim.camera.air import Air
 from sdc_sim.camera.boxes import Box
 from sdc_sim.camera.camera_model import CameraModel
@@ -13,7 +14,6 @@ from sdc_sim.camera.ground import Ground
 from sdc_sim.camera.painting import dim
 from sdc_sim.camera.scene_objects import SceneObjects
 from sdc_sim.camera.sky import Sky
-from sdc_sim.road.network import Network
 from sdc_sim.road.network_scenery import network_scenery
 from sdc_sim.road.road import Road
 from sdc_sim.simulation.weather import CLEAR, Weather

@@ -7,12 +7,12 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
+from sdc_map.network import Network
 from sdc_sim.camera.air import worn_paint
 from sdc_sim.camera.ground_shadows import GroundShadows
 from sdc_sim.camera.ground_textures import FINEST_TEXEL_M, LEVELS, TILE_PX, ground_textures
 from sdc_sim.camera.network_rasterizer import NetworkRasterizer
 from sdc_sim.camera.road_rasterizer import ASPHALT, RoadRasterizer
-from sdc_sim.road.network import Network
 from sdc_sim.road.road import Road
 from sdc_sim.road.scenery import Scenery
 from sdc_sim.simulation.weather import Weather

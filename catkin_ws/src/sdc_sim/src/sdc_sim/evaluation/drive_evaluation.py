@@ -10,13 +10,13 @@ import numpy as np
 from sdc_common.geometry.road_line import road_route
 from sdc_common.geometry.route import Route
 from sdc_common.planning.speed_reasons import REPEAT_NS
+from sdc_map.network_file import load_network
 from sdc_sim.evaluation.command_matching import COMMAND_FIELDS, CommandTrace
 from sdc_sim.evaluation.ideal_drive import IdealDrive
 from sdc_sim.evaluation.infractions import RedLightDetector
 from sdc_sim.evaluation.route_progress import COMPLETED, DriveSample, RouteProgress
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.evaluation.street_rules import StreetRules
-from sdc_sim.road.network_file import load_network
 
 # The numbers in a row of the trace.
 COLUMNS = (*DriveSample._fields, *COMMAND_FIELDS)

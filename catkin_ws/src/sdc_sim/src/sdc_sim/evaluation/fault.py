@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from typing import Any, Sequence
 
+from sdc_map.network import Network
 from sdc_sim.physics.collision import Rectangle, overlap
-from sdc_sim.road.network import Network
 
 # Who is slower is at rest, the car and another one [m/s].
 _CAR_RESTS_MPS, _OTHER_RESTS_MPS = 0.05, 0.005

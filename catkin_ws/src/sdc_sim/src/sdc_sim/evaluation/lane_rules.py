@@ -7,7 +7,7 @@ from typing import Any, Callable, Iterable, Sequence
 
 import numpy as np
 
-from sdc_sim.road.network import DOUBLE, SOLID, LanePlace, Network, edge_of
+from sdc_map.network import DOUBLE, SOLID, LanePlace, Network, edge_of
 
 CROSSWALK, DISTANCE, SOLID_LINE, CUT_IN = "crosswalk", "distance", "solid_line", "cut_in"
 YIELD_EMERGENCY, ZIP_MERGE = "yield_emergency_vehicle", "zip_merge"

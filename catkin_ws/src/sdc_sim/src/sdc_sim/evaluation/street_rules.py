@@ -12,11 +12,11 @@ import math
 from collections import deque
 from typing import Iterator, NamedTuple, Sequence
 
+from sdc_map.network import STOP, Connection, LanePlace, Network, edge_of
 from sdc_sim.evaluation.fault import is_at_fault
 from sdc_sim.evaluation.lane_rules import EMERGENCY_LASTS_S, YIELD_EMERGENCY, LaneRules, holds_up
 from sdc_sim.evaluation.route_progress import DriveSample
 from sdc_sim.physics.collision import Rectangle, overlap
-from sdc_sim.road.network import STOP, Connection, LanePlace, Network, edge_of
 
 NEAR_MISS, RIGHT_OF_WAY, STOP_SIGN = "near_miss", "right_of_way", "stop"
 WRONG_LANE, SPEEDING, BLOCKING = "wrong_lane", "speeding", "blocking"

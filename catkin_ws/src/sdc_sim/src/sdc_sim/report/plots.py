@@ -15,10 +15,10 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.patheffects import withStroke
 
+from sdc_map.network_file import load_network
 from sdc_sim.evaluation.drive_evaluation import COLUMNS, DriveEvaluation
 from sdc_sim.evaluation.metrics import accelerations
 from sdc_sim.evaluation.route_progress import COMPLETED
-from sdc_sim.road.network_file import load_network
 from sdc_sim.yaml_document import packaged_config
 
 # The colours are dark enough for a wall and differ for people with colour blindness.

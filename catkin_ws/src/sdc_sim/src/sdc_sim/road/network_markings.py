@@ -8,10 +8,10 @@ import numpy as np
 
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import interpolate
+from sdc_map.network import BROKEN, KERB, Network
+from sdc_map.network_file import load_network
 from sdc_sim.physics.collision import Rectangle
 from sdc_sim.road import lane_invasion
-from sdc_sim.road.network import BROKEN, KERB, Network
-from sdc_sim.road.network_file import load_network
 from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, MARGIN_M, Road
 from sdc_sim.road.road_markings import RoadMarkings, road_markings
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from sdc_sim.road.network import STOP, YIELD, Network, RoadLane
-from sdc_sim.road.network_file import load_network
+from sdc_map.network import STOP, YIELD, Network, RoadLane
+from sdc_map.network_file import load_network
 from sdc_sim.road.road import MARGIN_M
 from sdc_sim.road.scenery import (
     PRIORITY_SIGN,

@@ -22,10 +22,10 @@ from std_msgs.msg import Header
 from sdc_common.ros.node import LoopPublisher
 from sdc_common.ros.refusal import refusing
 from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_map.network import Network
 from sdc_sim.camera.boxes import Box, ego_box, obstacle_box, traffic_light_box
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
-from sdc_sim.road.network import Network
 from sdc_sim.road.road import Road
 from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS, Names
 from sdc_sim.ros.picture_feed import PictureSettings
@@ -129,7 +129,7 @@ class FrontCamera:
         self._daylight = settings.daylight
         road: Road | Network
         if settings.map_path:
-            from sdc_sim.road.network_file import load_network  # sumolib takes 0.2 s.
+            from sdc_map.network_file import load_network  # sumolib takes 0.2 s.
 
             road = load_network(settings.map_path)
         else:

@@ -14,14 +14,14 @@ from sdc_common.geometry.road_line import road_route
 from sdc_common.geometry.route import Route
 from sdc_common.ros.node import parameter, refuse
 from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
-from sdc_common.validation import suggestion
+from sdc_common.validation import DocumentError, suggestion
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
 from sdc_sim.ros.drive_log import DriveLog
 from sdc_sim.ros.picture_feed import PictureSettings
 from sdc_sim.scenario.configuration import build_simulation, checked, sensors_that_are_on
 from sdc_sim.simulation.simulation import OccupiedError
-from sdc_sim.yaml_document import DocumentError, packaged_config
+from sdc_sim.yaml_document import packaged_config
 
 # Parameters of the node besides those of config/sim.yaml.
 _OF_NODE = ("sync", "camera", "picture_feed")

@@ -12,6 +12,7 @@ from typing import Any, Mapping
 import numpy as np
 
 from sdc_common.geometry.route import Route
+from sdc_common.validation import DocumentError
 from sdc_sim.physics.ackermann import AckermannGains
 from sdc_sim.physics.obstacles import Obstacles
 from sdc_sim.physics.vehicle import Vehicle
@@ -23,7 +24,7 @@ from sdc_sim.sensors.errors import OdometryNoise
 from sdc_sim.sensors.model import SENSORS, SensorSettings, sensor_settings
 from sdc_sim.sensors.suite import SensorSuite
 from sdc_sim.simulation.simulation import Simulation
-from sdc_sim.yaml_document import DocumentError, check_parameter, packaged_config, schema
+from sdc_sim.yaml_document import check_parameter, packaged_config, schema
 
 
 def checked(name: str, value: Any) -> Any:

@@ -11,6 +11,7 @@ import numpy as np
 from sdc_common.geometry.road_line import road_route
 from sdc_common.geometry.route import Route, checked_points
 from sdc_common.routes.waypoint_file import LARGEST_COORDINATE_M, load_waypoints, parse_waypoints
+from sdc_common.validation import DocumentError
 from sdc_sim.physics.compiled_vehicle import CompiledVehicle
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.scenario.configuration import build_simulation, checked
@@ -28,7 +29,6 @@ from sdc_sim.scenario.reader import Scenario, load_scenario
 from sdc_sim.scenario.several_cars import build_world
 from sdc_sim.simulation.shared_world import SharedWorld
 from sdc_sim.simulation.simulation import Simulation
-from sdc_sim.yaml_document import DocumentError
 
 # The file or the name of a route, (N, 2) waypoints in the map [m], or straights and bends.
 RouteSource = Union[str, np.ndarray, Sequence[Mapping]]

@@ -8,11 +8,11 @@ from typing import Sequence
 
 import numpy as np
 
-from sdc_sim.road.lane_graph import LaneGraph, drawn_places
-from sdc_sim.road.mission import Mission, Point, plan_mission
-from sdc_sim.road.network_file import load_network
+from sdc_map.lane_graph import LaneGraph, drawn_places
+from sdc_map.map_file import map_file
+from sdc_map.mission import Mission, Point, plan_mission
+from sdc_map.network_file import load_network
 from sdc_sim.scenario.packaged import options_text, parse_options
-from sdc_sim.yaml_document import map_file
 
 
 def first_mission(

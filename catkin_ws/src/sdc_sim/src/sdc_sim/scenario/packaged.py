@@ -11,11 +11,11 @@ from typing import Any, Mapping, Sequence
 import rospkg
 import yaml
 
-from sdc_common.validation import suggestion
+from sdc_common.validation import DocumentError, suggestion
 from sdc_sim.road.route_generator import csv_lines, generate_route
 from sdc_sim.scenario.reader import Scenario
 from sdc_sim.sensors.model import SENSORS
-from sdc_sim.yaml_document import DocumentError, packaged_config
+from sdc_sim.yaml_document import packaged_config
 
 # Package, folder and file ending of what a scenario names.
 _FOLDERS = {

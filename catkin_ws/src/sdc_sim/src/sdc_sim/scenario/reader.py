@@ -6,9 +6,10 @@ import os
 from dataclasses import dataclass, field
 from typing import Any
 
+from sdc_map.map_file import map_file
 from sdc_sim.road.route_generator import RouteSpecError, curvature_profile
 from sdc_sim.scenario.traffic import read_scenario
-from sdc_sim.yaml_document import YamlDocument, map_file, schema
+from sdc_sim.yaml_document import YamlDocument, schema
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ from typing import Any, Mapping
 import numpy as np
 
 from sdc_common.geometry.route import Route
+from sdc_common.validation import DocumentError
 from sdc_sim.scenario.configuration import build_simulation
 from sdc_sim.simulation.shared_world import SharedWorld
-from sdc_sim.yaml_document import DocumentError
 
 # What is for one car alone: a parameter, its value without it, and why.
 _FOR_ONE_CAR = (

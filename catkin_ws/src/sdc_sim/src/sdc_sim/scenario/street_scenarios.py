@@ -18,12 +18,12 @@ from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import interpolate, smooth_step
 from sdc_common.validation import suggestion
+from sdc_map.lane_graph import LaneGraph, NoRouteError
+from sdc_map.mission import plan_mission
+from sdc_map.network import BROKEN, STOP, YIELD, Connection, Network, RoadLane, left_normals
+from sdc_map.network_file import load_network
 from sdc_sim.physics.obstacles import KINDS
 from sdc_sim.physics.traffic_lights import COLOURS
-from sdc_sim.road.lane_graph import LaneGraph, NoRouteError
-from sdc_sim.road.mission import plan_mission
-from sdc_sim.road.network import BROKEN, STOP, YIELD, Connection, Network, RoadLane, left_normals
-from sdc_sim.road.network_file import load_network
 from sdc_sim.traffic.actors import Actor
 from sdc_sim.traffic.lights import lights_of
 from sdc_sim.yaml_document import packaged_config

@@ -85,10 +85,10 @@ def _along_lanes(
     """Return points from a place on a lane straight on, and the heading there [rad]."""
     if not map_path:
         raise document.error((*keys, "lane"), "a lane needs streets; add 'map'")
-    network = importlib.import_module("sdc_sim.road.network_file").load_network(map_path)
+    network = importlib.import_module("sdc_map.network_file").load_network(map_path)
     name, at_m = entry["lane"], entry["at_m"]
     if name not in network.lanes:
-        fix = f"python3 -m sdc_sim.road.network_file {map_path} --lanes prints them"
+        fix = f"python3 -m sdc_map.network_file {map_path} --lanes prints them"
         raise document.error((*keys, "lane"), f"{name} is no lane of the map; {fix}")
     lane = network.lanes[name]
     if at_m > lane.length_m:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any, Callable, Iterator
 
+from sdc_map.network import Junction, Network, edge_of
+from sdc_map.network_file import load_network
 from sdc_sim.physics.traffic_lights import TrafficLightPlan
-from sdc_sim.road.network import Junction, Network, edge_of
-from sdc_sim.road.network_file import load_network
 
 # By the letters of SUMO; the first of the colours is the most restrictive one.
 _COLOURS = {"G": "green", "g": "green", "y": "yellow", "u": "red", "r": "red", "s": "red"}

@@ -16,11 +16,12 @@ from typing import AbstractSet, Any, Iterable, Iterator, NamedTuple
 import numpy as np
 
 from sdc_common.geometry.road_line import arc_lengths
+from sdc_common.validation import DocumentError
+from sdc_map.network import edge_of
+from sdc_map.network_file import network_path
 from sdc_sim.physics.collision import Rectangle
 from sdc_sim.physics.obstacles import FIRST_TRAFFIC_ID, ObstacleState
-from sdc_sim.road.network import edge_of
-from sdc_sim.road.network_file import network_path
-from sdc_sim.yaml_document import DocumentError, config_path
+from sdc_sim.yaml_document import config_path
 
 _EGO = "ego"
 _PEDESTRIAN = "pedestrian"

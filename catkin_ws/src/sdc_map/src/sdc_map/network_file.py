@@ -5,7 +5,7 @@ docker/prepare maps installs both. What netconvert writes is kept in a cache by 
 map, and `opendrive_lanes` reads what netconvert does not. A map with elevation is read as if it
 were flat.
 
-python3 -m sdc_sim.road.network_file MAP [--lanes] prints a summary, and the lanes.
+python3 -m sdc_map.network_file MAP [--lanes] prints a summary, and the lanes.
 """
 
 from __future__ import annotations
@@ -25,7 +25,9 @@ from xml.sax import SAXException
 
 import numpy as np
 
-from sdc_sim.road.network import (
+from sdc_common.validation import DocumentError
+from sdc_map.map_file import map_file
+from sdc_map.network import (
     BICYCLE,
     BROKEN,
     DOUBLE,
@@ -42,8 +44,7 @@ from sdc_sim.road.network import (
     RoadLane,
     left_normals,
 )
-from sdc_sim.road.opendrive_lanes import OpenDriveLanes
-from sdc_sim.yaml_document import DocumentError, map_file
+from sdc_map.opendrive_lanes import OpenDriveLanes
 
 VERSION = "1.28.0"
 _INSTALL = "run docker/prepare maps, which installs it and needs a connection"
@@ -322,7 +323,7 @@ def _polygons(path: str) -> Iterator[np.ndarray]:
 def main() -> None:
     """Print what a map contains."""
     if len(sys.argv) < 2 or sys.argv[2:] not in ([], ["--lanes"]):
-        sys.exit("Usage: python3 -m sdc_sim.road.network_file MAP [--lanes]")
+        sys.exit("Usage: python3 -m sdc_map.network_file MAP [--lanes]")
     try:
         network = load_network(sys.argv[1])
     except MapError as error:

@@ -4,7 +4,11 @@ import importlib.util
 import os
 import subprocess
 
+import numpy as np
 import pytest
+
+from sdc_common.geometry.road_line import arc_lengths
+from sdc_common.geometry.route import interpolate
 
 is_installed = importlib.util.find_spec("sumolib") is not None
 needs_maps = pytest.mark.skipif(not is_installed, reason="docker/prepare maps has not been run")
@@ -30,6 +34,12 @@ def opendrive(shape, length, right, left="", offset="", header=""):
         <lanes>{offset}<laneSection s="0"><left>{left}</left>
           <center>{lane(0, mark="solid solid")}</center><right>{right}</right>
         </laneSection></lanes></road></OpenDRIVE>"""
+
+
+def dense(points: np.ndarray) -> np.ndarray:
+    """Return points (M, 2) along a line (N, 2) that are 0.02 m apart [m]."""
+    s = arc_lengths(points)
+    return interpolate(np.linspace(0.0, s[-1], int(s[-1] / 0.02) + 2), s, points)
 
 
 def write(folder, text, name="map.xodr"):

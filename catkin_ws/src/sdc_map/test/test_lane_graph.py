@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdc_sim.road.lane_graph import CHANGE_M, CHANGE_S, LaneGraph, NoRouteError, drawn_places
-from sdc_sim.road.mission import plan_mission
-from sdc_sim.road.network import LanePlace, Network, RoadLane
+from sdc_map.lane_graph import CHANGE_M, CHANGE_S, LaneGraph, NoRouteError, drawn_places
+from sdc_map.mission import plan_mission
+from sdc_map.network import LanePlace, Network, RoadLane
 
 _COUNT = st.integers(2, 14)
 _NUMBER = st.integers(0, 13)

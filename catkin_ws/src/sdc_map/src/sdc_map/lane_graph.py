@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from sdc_sim.road.network import LanePlace, Network, RoadLane
+from sdc_map.network import LanePlace, Network, RoadLane
 
 # A change of lanes takes so long, and at least so much of a lane.
 CHANGE_S = 4.0

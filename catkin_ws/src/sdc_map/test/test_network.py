@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 from opendrive_geometry import lane_centre_lines
 from scipy.spatial import cKDTree
-from street_maps import lane, needs_maps, opendrive, town, write
 
-from sdc_common.geometry.road_line import arc_lengths
-from sdc_common.geometry.route import interpolate
-from sdc_sim.road.network import BROKEN, DOUBLE, SOLID, STOP, WALKING, YIELD
-from sdc_sim.road.network_file import MapError, load_network
+from sdc_map.network import BROKEN, DOUBLE, SOLID, STOP, WALKING, YIELD
+from sdc_map.network_file import MapError, load_network
+from sdc_testing.street_maps import dense, lane, needs_maps, opendrive, town, write
 
 pytestmark = needs_maps
 
@@ -58,11 +56,6 @@ def largest_distances_m(path):
         distances = exact.query(dense(one.points_m))[0]
         (inside if one.junction else outside).append(distances.max())
     return max(outside), max(inside), own.query(np.vstack(lines))[0].max()
-
-
-def dense(points):
-    s = arc_lengths(points)
-    return interpolate(np.linspace(0.0, s[-1], int(s[-1] / 0.02) + 2), s, points)
 
 
 @pytest.mark.parametrize("name", _MAPS)

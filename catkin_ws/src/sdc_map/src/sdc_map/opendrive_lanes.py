@@ -17,7 +17,7 @@ from scipy.special import fresnel
 
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import interpolate
-from sdc_sim.road.network import BROKEN, DOUBLE, KERB, NONE, SOLID
+from sdc_map.network import BROKEN, DOUBLE, KERB, NONE, SOLID
 
 _STEP_M = 0.25
 # Centre lines of netconvert that are farther from the exact one are replaced.

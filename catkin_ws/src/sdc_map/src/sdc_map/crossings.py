@@ -8,7 +8,7 @@ from typing import Iterator, NamedTuple, Sequence, Tuple
 import numpy as np
 
 from sdc_common.geometry.route import Route
-from sdc_sim.road.network import STOP, Connection, LanePlace, Network, Way, edge_of
+from sdc_map.network import STOP, Connection, LanePlace, Network, Way, edge_of
 
 # Places on the route at which the lane is looked up are so far apart, and so near to it [m].
 _STEP_M, _LANE_M = 2.0, 2.5

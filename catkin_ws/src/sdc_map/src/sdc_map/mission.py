@@ -9,8 +9,8 @@ import numpy as np
 
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import interpolate, smooth_step
-from sdc_sim.road.lane_graph import CHANGE_M, LaneGraph, NoRouteError, change_m
-from sdc_sim.road.network import Network, RoadLane
+from sdc_map.lane_graph import CHANGE_M, LaneGraph, NoRouteError, change_m
+from sdc_map.network import Network, RoadLane
 
 Point = Sequence[float]
 

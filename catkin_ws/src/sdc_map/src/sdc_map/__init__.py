@@ -1,0 +1,1 @@
+"""Maps of streets: their lanes and junctions, and the way over them."""
