@@ -9,11 +9,11 @@ from sdc_common.ros.node import LoopPublisher, every, parameter, refuse, watch_c
 from sdc_common.ros.refusal import refusing
 from sdc_common.ros.speed_reason_publisher import SpeedReasonPublisher
 from sdc_msgs.msg import LaneOffset, ObstacleArray
-from sdc_package.behaviour.streets import streets_of
 from sdc_package.lane_offset import LaneHold
-from sdc_package.local_planner import LocalPlanner, PlannerSettings
+from sdc_package.local_planner import LocalPlanner
 from sdc_package.odometry import pose_and_speed
 from sdc_package.planner_inputs import PlannerInputs
+from sdc_package.planner_settings import PlannerSettings
 from sdc_package.waypoint_search import WaypointSearch
 
 # TODO 1: the messages that this node receives (Path) and publishes (LocalPath, Waypoint)
@@ -28,13 +28,9 @@ class LocalPlannerNode:
         # ------------------------------------------------------------------------
         try:
             self.settings = PlannerSettings.read(parameter)
-            self.streets = streets_of(parameter)
         except (TypeError, ValueError) as error:
             refuse(f"config/local_planner.yaml: {error}")
-        # Rows x, y and limit of the road [m/s]; None: the mission has no limits.
-        self.limits = np.empty((0, 3)) if parameter("speed_limits") else None
         self.lane = LaneHold() if parameter("hold_lane") else None
-        self.waypoints = np.empty((0, 2))
         self.speed = 0.0
         self.planner = None
         self.search = None
@@ -46,8 +42,6 @@ class LocalPlannerNode:
         # TODO 3: subscribe to the mission: on_mission receives it
         rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission, queue_size=1)
         # ------------------------------------------------------------------------
-        topic = "/planner/mission_speed_limits"
-        rospy.Subscriber(topic, LocalPath, self.on_limits, queue_size=1)
         if self.lane is not None:
             rospy.Subscriber("/camera/lane_offset", LaneOffset, self.on_lane_offset, queue_size=1)
         for topic, message_class, callback in (
@@ -64,30 +58,17 @@ class LocalPlannerNode:
             waypoints = np.array([(point.x, point.y) for point in path.waypoints]).reshape(-1, 2)
             # --------------------------------------------------------------------
             with self.inputs.lock:
-                self.waypoints = waypoints
-                self.follow_mission()
+                self.follow_mission(waypoints)
 
     def on_lane_offset(self, message):
         with self.inputs.lock:
             self.lane.see(message.header.stamp, message.offset_m)
 
-    def on_limits(self, path):
-        rows = [(point.x, point.y, point.v) for point in path.waypoints]
-        with self.inputs.lock, refusing("/planner/mission_speed_limits"):
-            if self.limits is not None:
-                self.limits = np.array(rows).reshape(-1, 3)
-                self.follow_mission()
-
-    def follow_mission(self):
-        """Plan along the mission, after its limits have arrived if it has some."""
-        waypoints, limits = self.waypoints, None
-        if self.limits is not None:
-            if not (len(waypoints) and np.array_equal(self.limits[:, :2], waypoints)):
-                return
-            limits = self.limits[:, 2]
+    def follow_mission(self, waypoints):
+        """Plan along this mission, unless it is the present one."""
         if self.planner is not None and self.planner.is_for(waypoints):
             return
-        planner = LocalPlanner(waypoints, self.settings, limits, self.speed, self.streets)
+        planner = LocalPlanner(waypoints, self.settings, start_mps=self.speed)
         if self.planner is None:
             planner.resume(rospy.get_param("~route_s_m", -1.0))
         self.planner, self.search = planner, WaypointSearch(planner.route.points)
@@ -105,7 +86,7 @@ class LocalPlannerNode:
             if self.lane is not None:
                 rows = self.lane.moved(rows, odometry.header.stamp, self.planner.place)
             self.publish(self.planner.stop_for(self.inputs.traffic_lights, rows, speed))
-            self.reasons.update(odometry.header.stamp, self.planner.reason, self.planner.detail)
+            self.reasons.update(odometry.header.stamp, self.planner.reason)
 
     def publish(self, rows):
         # TODO 8: publish a LocalPath with one Waypoint for each row x, y, v (until then: pass)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from sdc_common.planning.speed_profile import SpeedLimits
-from sdc_package.obstacles import ObstacleMargins
+from sdc_package.obstacle_prediction import ObstacleMargins
 from sdc_package.traffic_lights import TrafficLightMargins
 
 OBSTACLES = ObstacleMargins(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)

@@ -6,9 +6,9 @@ import os
 import pytest
 from planned_roads import LIMITS, OBSTACLES, TRAFFIC_LIGHTS, bend, straight
 
+from sdc_common.driving import DetectedObstacle
 from sdc_common.planning.stop_line import GREEN, RED, YELLOW, StopLine
 from sdc_package.local_planner import LocalPlanner, PlannerSettings
-from sdc_package.obstacles import DetectedObstacle
 from sdc_package.traffic_lights import TrafficLightMonitor
 from sdc_package.waypoint_search import WaypointSearch
 

@@ -11,7 +11,7 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from sdc_common.driving import Command, Observation
+from sdc_common.driving import Command, DetectedObstacle, Observation
 from sdc_common.geometry.route import Route
 from sdc_common.validation import DocumentError
 from sdc_package.controller import Controller
@@ -19,7 +19,6 @@ from sdc_package.input_pairing import InputPairing
 from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
 from sdc_package.local_path import ReferencePath
 from sdc_package.local_planner import LocalPlanner, PlannerSettings
-from sdc_package.obstacles import DetectedObstacle
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import METHODS, load_steering
 from sdc_package.waypoint_search import WaypointSearch

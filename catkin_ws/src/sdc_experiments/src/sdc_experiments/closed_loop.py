@@ -17,13 +17,16 @@ from sdc_common.geometry.segments import use_machine_code
 from sdc_common.planning.stop_line import StopLine
 from sdc_experiments.configuration import node_parameters
 from sdc_experiments.recorder import DriveRecorder, stop_lines_of
-from sdc_package.behaviour.streets import streets_of
+from sdc_package.behaviour.manoeuvres import Manoeuvres, StayOnRoute
+from sdc_package.behaviour.street_planner import StreetPlanner
+from sdc_package.behaviour.streets import StreetMargins
 from sdc_package.car import Car, MissionDriver, PathPlanner
 from sdc_package.controller import Controller
-from sdc_package.local_planner import PlannerSettings
+from sdc_package.planner_settings import PlannerSettings
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import load_steering, section_of
 from sdc_package.steering.method import Steering
+from sdc_package.traffic_lights import TrafficLightMonitor
 from sdc_sim.evaluation.drive_evaluation import DriveEvaluation
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.scenario.drive_setup import DriveSetup, RouteSource, drive_setup
@@ -174,12 +177,15 @@ def own_planner(
     mission = missions.update(seen.x_m, seen.y_m, seen.yaw_rad)
     assert mission is not None
     points_m = mission.points_m
-    streets = streets_of(limits.__getitem__, missions.network)
-    streets = None if lacking == "signs" else streets
     road_mps = None if lacking == "speed" else mission.limits_mps
-    driver = MissionDriver(points_m, settings, lines, missions, road_mps, streets)
-    if streets is not None and lacking == "behaviour":
-        streets.manoeuvres.decide = lambda *_: None  # type: ignore[method-assign,assignment]
+    if lacking == "signs":
+        return MissionDriver(points_m, settings, lines, missions, road_mps), points_m
+    lights = TrafficLightMonitor(settings.traffic_lights)
+    lights.lines = dict(lines)
+    manoeuvres = StayOnRoute if lacking == "behaviour" else Manoeuvres
+    margins = StreetMargins(**limits["streets"])
+    driver = StreetPlanner(missions.network, settings, margins, lights, missions, manoeuvres)
+    driver.follow(points_m, road_mps)
     if not LACKS[lacking]:
         return driver, points_m
     return function_planner(lambda one: driver.plan(replace(one, **LACKS[lacking]))), points_m
@@ -257,4 +263,4 @@ def function_planner(function: PlannerFunction) -> PathPlanner:
             raise TypeError(f"plan must return rows x, y, v or a Path, got {rows!r}") from None
         return Path(points)
 
-    return cast("PathPlanner", SimpleNamespace(reason="", plan=plan))
+    return cast("PathPlanner", SimpleNamespace(reason="", detail="", plan=plan))

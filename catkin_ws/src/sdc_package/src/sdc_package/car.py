@@ -19,7 +19,6 @@ from sdc_package.traffic_lights import TrafficLightMonitor
 from sdc_package.waypoint_search import WaypointSearch
 
 if TYPE_CHECKING:
-    from sdc_package.behaviour.streets import StreetBehaviour
     from sdc_package.global_planner import GlobalPlanner
 
 
@@ -29,6 +28,10 @@ class PathPlanner(Protocol):
     @property
     def reason(self) -> str:
         """What limits the speed at the start of the last path, see speed_reasons; "" if unknown."""
+
+    @property
+    def detail(self) -> str:
+        """Because of which road user, "" if the reason says it all."""
 
     def plan(self, observation: Observation) -> Path:
         """Return the path ahead of the car.
@@ -48,8 +51,9 @@ class MissionDriver:
         stop_lines: stop line of each traffic light by its id
         missions: plans another mission when it is needed, None for this one alone
         road_mps: (N,) speed limits at the waypoints, None for no limits [m/s]
-        streets: what the car decides on a map, None elsewhere
     """
+
+    detail = ""
 
     def __init__(
         self,
@@ -58,9 +62,8 @@ class MissionDriver:
         stop_lines: Mapping[int, StopLine] | None = None,
         missions: GlobalPlanner | None = None,
         road_mps: np.ndarray | None = None,
-        streets: StreetBehaviour | None = None,
     ):
-        self._settings, self._missions, self._streets = settings, missions, streets
+        self._settings, self._missions = settings, missions
         self._follow(waypoints_m, road_mps)
         self._lights = TrafficLightMonitor(settings.traffic_lights)
         self._lights.lines = dict(stop_lines or {})
@@ -72,18 +75,13 @@ class MissionDriver:
         points = points_as_sent(waypoints_m)
         if road_mps is not None:
             road_mps = np.asarray(road_mps, np.float32).astype(float)
-        self._planner = LocalPlanner(points, self._settings, road_mps, start_mps, self._streets)
+        self._planner = LocalPlanner(points, self._settings, road_mps, start_mps)
         self._search = WaypointSearch(self._planner.route.points)
 
     @property
     def reason(self) -> str:
         """What limits the speed at the start of the last path."""
         return self._planner.reason
-
-    @property
-    def detail(self) -> str:
-        """Because of whom, "" if the reason says it all."""
-        return self._planner.detail
 
     def plan(self, observation: Observation) -> Path:
         """See PathPlanner; the same object as long as the path is the same."""
@@ -138,6 +136,6 @@ class Car:
             self.reason = "path_timeout"
             return self._controller.stop(observation, self._reference)
         self.reason = self._planner.reason
-        self.detail = getattr(self._planner, "detail", "")
+        self.detail = self._planner.detail
         self._reference.update(self.path.points)
         return self._controller.command(observation, self._reference)

@@ -9,7 +9,7 @@ import rospy
 
 from sdc_common.ros.conversion import detected_obstacles, stop_lines
 from sdc_common.ros.refusal import refusing
-from sdc_package.obstacles import Obstacles
+from sdc_package.obstacle_prediction import Obstacles
 from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 
 

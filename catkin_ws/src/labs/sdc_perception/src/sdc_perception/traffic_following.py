@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.route import Route
 from sdc_common.planning.stop_line import StopLine
 from sdc_common.validation import check_finite, check_non_negative, check_positive
-from sdc_package.obstacles import DetectedObstacle, ObstacleMargins, speed_caps
+from sdc_package.obstacles import ObstacleMargins, speed_caps
 from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 from sdc_perception.ground_tracks import Pose
 from sdc_perception.light_tracker import TrackedLight

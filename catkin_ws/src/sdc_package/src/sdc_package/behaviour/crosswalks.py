@@ -10,7 +10,7 @@ import numpy as np
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.route import Route
-from sdc_package.obstacles import Obstacles
+from sdc_package.obstacle_prediction import Obstacles
 
 # A pedestrian who is so near to a crosswalk now or soon, and walks so fast at least towards the
 # lane, will use it.

@@ -9,7 +9,8 @@ import numpy as np
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.route import Route
-from sdc_package.obstacles import HARD_MPS2, Obstacles
+from sdc_package.braking import HARD_MPS2
+from sdc_package.obstacle_prediction import Obstacles
 
 # Contacts are looked for at these times [s]. Those matter that come so near meanwhile [m]. The car
 # brakes after a time [s].

@@ -18,7 +18,8 @@ from sdc_package.behaviour.forecast import SOON_S, Body, Forecast, forecast
 from sdc_package.behaviour.offset_path import SAME_M, OffsetPath, bend_mps, shift_length_m
 from sdc_package.behaviour.road import BEHIND_LINE, NOTHING, SAME, RoadAlong
 from sdc_package.behaviour.situation import AT_REST_MPS, DECISION_S, Memory, Situation
-from sdc_package.obstacles import FIRM_MPS2, Obstacles
+from sdc_package.braking import FIRM_MPS2
+from sdc_package.obstacle_prediction import Obstacles
 
 PASSING, MERGING = "passing", "merging"
 KEEP, BACK, STAY, PASS, ASIDE, NUDGE = "keep", "back", "stay", "pass", "aside", "nudge"
@@ -64,6 +65,17 @@ class Proposal(NamedTuple):
     cost_m: float
     margin: float = _NEW_MARGIN  # factor of the distances to others
     stop_m: float = math.inf  # where the centre of the car must stop [m]
+
+
+class StayOnRoute:
+    """Takes the place of Manoeuvres in a car that never leaves its route; same attributes."""
+
+    def __init__(self, road: RoadAlong, lines_m: np.ndarray, car: Body):
+        self.way = OffsetPath(road.route, float(road.speed_mps.max()))
+        self.reason, self.most_mps, self.stop_m = "", math.inf, math.inf
+
+    def decide(self, *_: object) -> None:
+        """Keep the route."""
 
 
 class Manoeuvres:

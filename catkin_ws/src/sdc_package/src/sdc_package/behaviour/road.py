@@ -10,7 +10,7 @@ import numpy as np
 
 from sdc_common.geometry.route import Route
 from sdc_map.network import SOLID, LanePlace, Network, RoadLane, edge_of
-from sdc_package.obstacles import Obstacles
+from sdc_package.obstacle_prediction import Obstacles
 
 # What is beside a lane: nothing, a lane of the same direction, an oncoming lane, and one behind a
 # solid line.

@@ -10,7 +10,7 @@ import numpy as np
 from sdc_package.behaviour.forecast import GRID_M, Body
 from sdc_package.behaviour.offset_path import SAME_M, OffsetPath
 from sdc_package.behaviour.road import BEHIND_LINE, SAME, RoadAlong, around
-from sdc_package.obstacles import Obstacles
+from sdc_package.obstacle_prediction import Obstacles
 
 AMBULANCE, PEDESTRIAN, OBSTACLE, BICYCLE = "ambulance", "pedestrian", "obstacle", "bicycle"
 AT_REST_MPS = 0.5

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Callable, Iterator, Optional, Sequence, Tuple
+from typing import Iterator, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -26,9 +26,10 @@ from sdc_map.network import LanePlace, Network
 from sdc_package.behaviour.crosswalks import crosswalks_on
 from sdc_package.behaviour.emergency import Motions, meets
 from sdc_package.behaviour.forecast import Body
-from sdc_package.behaviour.manoeuvres import Manoeuvres
+from sdc_package.behaviour.manoeuvres import Manoeuvres, StayOnRoute
 from sdc_package.behaviour.road import VEHICLE_M, road_along
-from sdc_package.obstacles import FIRM_MPS2, HARD_MPS2, Obstacles
+from sdc_package.braking import FIRM_MPS2, HARD_MPS2
+from sdc_package.obstacle_prediction import Obstacles
 
 STOP_SIGN, RIGHT_OF_WAY, JUNCTION_BLOCKED = "stop_sign", "right_of_way", "junction_blocked"
 CROSSWALK = "crosswalk"
@@ -89,10 +90,27 @@ class StreetBehaviour:
 
     Rules, with the articles of the Vienna Convention on Road Traffic (1968): stop sign (10.3),
     right of way (18), no stop in a junction (18.3), pedestrians on a crosswalk (21.2).
+
+    Args:
+        network: the streets
+        margins: margins of the car at junctions
+        manoeuvres: decides how far beside its route the car drives: Manoeuvres or StayOnRoute
+
+    Attributes:
+        manoeuvres: the decision about the present route, after `follow`
+        details: because of whom the car stops, by the reason
     """
 
-    def __init__(self, network: Network, margins: StreetMargins):
+    manoeuvres: Manoeuvres | StayOnRoute
+
+    def __init__(
+        self,
+        network: Network,
+        margins: StreetMargins,
+        manoeuvres: type[Manoeuvres | StayOnRoute] = Manoeuvres,
+    ):
         self._network, self.margins = network, margins
+        self._new_manoeuvres = manoeuvres
         # Two decisions of a tick need the place of a road user, and many are at rest.
         self._place_of = lru_cache(256)(
             lambda one: network.nearest(one.x_m, one.y_m, one.yaw_rad, _LANE_M)
@@ -101,27 +119,31 @@ class StreetBehaviour:
         self._entered: list[Crossing] = []  # that in which the car cannot stop any more
         self._has_stopped, self._plans_at_line = False, 0
         self._motions = Motions()
-        self.details: dict[str, str] = {}  # because of whom the car stops, by the reason
+        self.details: dict[str, str] = {}
 
-    def follow(self, route: Route, speed_mps: np.ndarray, braking_mps2: float) -> bool:
-        """Follow another route; return whether it is on lanes.
+    def follow(self, route: Route, speed_mps: np.ndarray, braking_mps2: float) -> None:
+        """Follow another route.
 
         Args:
             route: the route
             speed_mps: (N,) planned speed at its points [m/s]
             braking_mps2: usual deceleration of the car [m/s^2]
+
+        Raises:
+            ValueError: the route is not on lanes of the map; the last one stays
         """
-        self._route, margins = route, self.margins
+        margins = self.margins
         places = list(places_along(self._network, route))
+        if not places:
+            raise ValueError(f"the route is not on lanes of the map {self._network.name}")
+        self._route = route
         self._crossings, self._entered = crossings(self._network, route, places, speed_mps), []
         self._crosswalks = crosswalks_on(route, self._network.crosswalks)
         self._has_stopped = False
-        if places:
-            road = road_along(self._network, route, places, speed_mps)
-            lines_m = np.array([one.line_m for one in self._crossings])
-            car = Body(margins.car_front_m, _CAR_WIDTH_M, margins.acceleration_mps2, braking_mps2)
-            self.manoeuvres = Manoeuvres(road, lines_m, car)
-        return bool(places)
+        road = road_along(self._network, route, places, speed_mps)
+        lines_m = np.array([crossing.line_m for crossing in self._crossings])
+        car = Body(margins.car_front_m, _CAR_WIDTH_M, margins.acceleration_mps2, braking_mps2)
+        self.manoeuvres = self._new_manoeuvres(road, lines_m, car)
 
     def _beside_m(self, place: Place) -> float:
         """Return the distance from the car's way of what is at a place on the route [m]."""
@@ -154,7 +176,7 @@ class StreetBehaviour:
             stop_m = one.begin_m - margins.car_front_m - margins.gap_m
             is_near = soonest_m - OVER_M <= stop_m + margins.gap_m <= s_m + horizon_m
             if is_near and (user := one.user(self._route, obstacles)):
-                details[CROSSWALK] = f"yields to {_name(user)}"
+                details[CROSSWALK] = f"yields to {name_of(user)}"
                 nearest_m = stop_m + _NEARER * margins.gap_m
                 stop_m = min(nearest_m, max(stop_m, _firm_stop_m(s_m, speed_mps)))
                 stops.append((stop_m, CROSSWALK))
@@ -194,7 +216,7 @@ class StreetBehaviour:
                 others = others[meets(self._route, way_m, s_m, speed_mps, others, *size)]
         for one in (obstacles[int(number)] for number in others[:, 0]):
             if self._comes(one, s_m, ()):
-                self.details["obstacle"] = _name(one)
+                self.details["obstacle"] = name_of(one)
                 return True
         return False
 
@@ -257,7 +279,7 @@ class StreetBehaviour:
             place = self._route.line.project(one.x_m, one.y_m, s_m, 0.0, until_m - s_m + 10.0)
             rear_m = place.s_m - 0.5 * one.length_m
             if place.distance_m < 0.5 * _LANE_M and crossing.line_m < rear_m < until_m:
-                text = f"{_name(one)} is behind junction {crossing.junction}"
+                text = f"{name_of(one)} is behind junction {crossing.junction}"
                 self.details[JUNCTION_BLOCKED] = text
                 return True
         return False
@@ -309,7 +331,7 @@ class StreetBehaviour:
                 if wanted_m < nearest_m and self._meet(one, place, away_m, conflict.its_m, times_s):
                     if not waits:
                         self._plans_at_line = 0  # who waits starts after those that pass
-                    nearest_m, text = wanted_m, f"yields to {_name(one)} at junction "
+                    nearest_m, text = wanted_m, f"yields to {name_of(one)} at junction "
                     self.details[RIGHT_OF_WAY] = text + crossing.junction
         return nearest_m
 
@@ -365,26 +387,6 @@ def _firm_stop_m(s_m: float, speed_mps: float) -> float:
     return s_m + _REACTS_S * speed_mps + speed_mps**2 / (2.0 * FIRM_MPS2)
 
 
-def _name(one: DetectedObstacle) -> str:
-    return f"{one.kind or 'obstacle'} {one.id}"
-
-
-def streets_of(
-    parameter: Callable[[str], Any], network: Network | None = None
-) -> StreetBehaviour | None:
-    """Return what the car decides on the streets of a map, None without one.
-
-    Args:
-        parameter: function that returns the value of a parameter of config/local_planner.yaml
-        network: the streets, None to read those of the parameter `map`
-
-    Raises:
-        TypeError: the section `streets` lacks a parameter or has an unknown one
-        ValueError: a value is out of range, or the map cannot be read
-    """
-    margins = StreetMargins(**parameter("streets"))
-    if network is None and parameter("map"):
-        from sdc_map.network_file import load_network  # sumolib takes 0.2 s.
-
-        network = load_network(parameter("map"))
-    return None if network is None else StreetBehaviour(network, margins)
+def name_of(obstacle: DetectedObstacle) -> str:
+    """Return what the car's reasons call a road user, such as "car 17"."""
+    return f"{obstacle.kind or 'obstacle'} {obstacle.id}"

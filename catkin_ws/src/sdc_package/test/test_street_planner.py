@@ -1,0 +1,83 @@
+"""The planner on a map: one observation comes in, one path goes out."""
+
+import os
+
+import numpy as np
+import pytest
+import yaml
+
+from sdc_common.driving import DetectedObstacle, Observation
+from sdc_map.lane_graph import LaneGraph, drawn_places
+from sdc_map.map_file import map_file
+from sdc_map.mission import plan_mission
+from sdc_map.network_file import load_network
+from sdc_package.behaviour.manoeuvres import Manoeuvres, StayOnRoute
+from sdc_package.behaviour.street_planner import StreetPlanner
+from sdc_package.behaviour.streets import StreetMargins
+from sdc_package.planner_settings import PlannerSettings
+from sdc_package.traffic_lights import TrafficLightMonitor
+from sdc_testing.street_maps import needs_maps
+
+pytestmark = needs_maps
+CONFIG = os.path.join(
+    os.path.dirname(os.path.abspath(__file__)), "..", "config", "local_planner.yaml"
+)
+TICK_NS = 50_000_000
+
+
+@pytest.fixture(scope="module", name="mission")
+def _mission():
+    network = load_network(map_file("town"))
+    graph = LaneGraph(network)
+    start, goal = drawn_places(graph, 3)
+    return network, plan_mission(graph, [goal], *start)
+
+
+def new_planner(mission, manoeuvres=Manoeuvres):
+    with open(CONFIG, encoding="utf-8") as file:
+        parameters = yaml.safe_load(file)
+    settings = PlannerSettings.read(parameters.__getitem__)
+    lights = TrafficLightMonitor(settings.traffic_lights)
+    margins = StreetMargins(**parameters["streets"])
+    planner = StreetPlanner(mission[0], settings, margins, lights, manoeuvres=manoeuvres)
+    planner.follow(mission[1].points_m, mission[1].limits_mps)
+    return planner
+
+
+def observation(mission, s_m, speed_mps, *obstacles, tick=1):
+    line = mission[1].points_m
+    steps_m = np.hypot(*np.diff(line, axis=0).T)
+    index = int(np.searchsorted(np.cumsum(steps_m), s_m))
+    (x_m, y_m), (dx_m, dy_m) = line[index], line[index + 1] - line[index]
+    yaw_rad = float(np.arctan2(dy_m, dx_m))
+    return Observation(tick * TICK_NS, float(x_m), float(y_m), yaw_rad, speed_mps, obstacles)
+
+
+def standing_car(mission, s_m):
+    place = observation(mission, s_m, 0.0)
+    return DetectedObstacle(place.x_m, place.y_m, place.yaw_rad, 4.5, 1.8, 0.0, 17, "car")
+
+
+def test_path_depends_on_the_present_speed_and_not_on_that_of_an_earlier_plan(mission):
+    """A car that is fast so near to a standing one uses the gap rather than brakes hard."""
+    new, used = new_planner(mission, StayOnRoute), new_planner(mission, StayOnRoute)
+    fast = observation(mission, 20.0, 8.0, standing_car(mission, 36.0), tick=2)
+    used.plan(observation(mission, 20.0, 1.0, standing_car(mission, 36.0)))
+    assert used.plan(fast).points == new.plan(fast).points
+
+
+def test_car_behind_a_standing_one_stops_and_names_it(mission):
+    planner = new_planner(mission, StayOnRoute)
+    path = planner.plan(observation(mission, 20.0, 5.0, standing_car(mission, 36.0)))
+    assert path.points[-1][2] == 0.0
+    assert (planner.reason, planner.detail) == ("obstacle", "car 17")
+    planner.plan(observation(mission, 20.2, 5.0, tick=2))
+    assert planner.reason != "obstacle"
+    assert planner.detail == ""
+
+
+def test_mission_that_is_not_on_lanes_is_refused_and_the_last_one_stays(mission):
+    planner = new_planner(mission)
+    with pytest.raises(ValueError, match="the route is not on lanes of the map town"):
+        planner.follow(mission[1].points_m + 5000.0, None)
+    assert len(planner.plan(observation(mission, 20.0, 5.0)).points) >= 2
