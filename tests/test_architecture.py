@@ -21,11 +21,8 @@ LAYERS = {
     "sdc_cockpit": ("sdc_sim", "sdc_package"),
     "sdc_experiments": LABS,
 }
-# Tests of the car that still need the world.
-WITH_WORLD = {
-    *("test_controller.py", "test_global_planner.py", "test_lane_offset.py", "test_mpc.py"),
-    *("test_outages.py", "test_parameters.py", "test_readmes.py"),
-}
+# This test of the car still needs the world.
+WITH_WORLD = {"test_mpc.py"}
 # The same inside sdc_sim; its other modules and scripts may import from all of them.
 SIM_LAYERS = {
     "yaml_document": 0,
@@ -43,8 +40,6 @@ SIM_LAYERS = {
 }
 # Only these know ROS; the referee's report listens to the pictures.
 WITH_ROS = {"ros", "manual_control", "report"}
-# The drive in one process, with which tests of the nodes compare theirs.
-REFERENCE = "sdc_experiments.closed_loop"
 LIBRARIES = [name for name, lower in LAYERS.items() if lower]
 MAX_MODULE_LINES = 400
 MAX_FUNCTION_LINES = 60
@@ -100,8 +95,7 @@ def test_package_imports_only_from_lower_layers(package):
 def test_tests_import_only_from_their_own_layer_and_lower_ones(package):
     allowed = below(package) | {package}
     for path in sorted((folder(package) / "test").rglob("*.py")):
-        names = {name for name in imported_modules(path) if not name.startswith(REFERENCE)}
-        used = {name.split(".")[0] for name in names} & set(LAYERS)
+        used = {name.split(".")[0] for name in imported_modules(path)} & set(LAYERS)
         if package == "sdc_package" and path.name in WITH_WORLD:
             used -= {"sdc_sim"}
         assert used <= allowed, f"{path} imports {sorted(used - allowed)}"

@@ -8,6 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from sdc_behaviour.driver import BehaviourDriver, LaneRoad
+from sdc_behaviour.roads import ROAD, crossing_road
 from sdc_common.geometry import road_line, segments
 from sdc_experiments.closed_loop import drive, drive_result, evaluation_rules
 from sdc_experiments.configuration import node_parameters
@@ -94,6 +96,15 @@ def test_section_of_an_own_steering_method_is_passed_to_it(monkeypatch, tmp_path
     )
     assert result.progress.samples[-1].y_m > 0.1
     assert result.metrics["status"] == "aborted"
+
+
+def test_driver_of_the_behaviour_lab_is_a_planner():
+    planner = BehaviourDriver(LaneRoad(crossing_road(), ROAD), limit_mps=10.0)
+    points = np.column_stack([np.arange(0.0, 200.0), np.zeros(200)])
+    result = drive_result(route=points, planner=planner.plan, longest_s=25.0)
+    assert result.metrics["cross_track_max_m"] < 0.2
+    assert result.metrics["route_completion_percent"] > 60.0
+    assert sum(result.metrics["infractions"].values()) == 0
 
 
 def test_controller_brakes_when_the_planner_has_no_path():

@@ -1,10 +1,12 @@
-"""Tests of the integration check that other teams run."""
+"""The integration check that other teams run, and the report of a drive that loses its world."""
 
 import csv
 import itertools
 import json
 import os
+import signal
 import subprocess
+import time
 
 import pytest
 
@@ -13,10 +15,13 @@ from sdc_experiments.closed_loop import drive_result
 from sdc_sim.report.writer import write_report
 from sdc_sim.runner import isolated_drive
 from sdc_sim.scenario.acceptance_limits import read_report
+from sdc_testing.program import Program
 
 pytestmark = pytest.mark.slow(12)
 
-STACKS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "stacks")
+HERE = os.path.dirname(os.path.abspath(__file__))
+STACKS = os.path.join(HERE, "stacks")
+DRIVE = os.path.abspath(os.path.join(HERE, "..", "..", "..", "..", "drive"))
 TIMEOUT_S = 300.0
 
 
@@ -97,3 +102,30 @@ def test_stack_that_cannot_be_launched_fails_with_the_end_of_its_log(tmp_path):
     with isolated_drive("oval", {"stack": str(stack)}) as (_, (first, *_, last)):
         assert "wrote no report" in first
         assert "nowhere.launch" in last
+
+
+@pytest.mark.parametrize(
+    "node", ["sim.py", "referee.py", pytest.param("mission_planner.py", marks=pytest.mark.nightly)]
+)
+def test_death_of_the_world_ends_the_drive_with_a_report_until_then(environment, tmp_path, node):
+    """The trace begins as that of an undisturbed drive, bit for bit."""
+    options = ["headless:=true", "sync:=true", "camera:=false"]
+    command = [DRIVE, *options, "referee_options:={pictures: false}"]
+    drive = Program(command, environment, tmp_path, tmp_path / "log")
+    events = tmp_path / "report" / "report.events.jsonl"
+    limit = time.monotonic() + 120.0
+    while not (events.exists() and events.read_bytes().count(b"\n") > 400):
+        assert time.monotonic() < limit, drive.output
+        time.sleep(0.002)
+    os.kill(drive.pid_of(node), signal.SIGKILL)
+    assert drive.wait_for_end() == 1, drive.output[-3000:]
+    report = json.loads((tmp_path / "report" / "report.json").read_text())
+    assert (report["status"], report["world_restarts"]) == ("aborted", 0)
+    write_report(str(tmp_path / "process.json"), drive_result())
+    trace = (tmp_path / "report" / "report.csv").read_text().splitlines()
+    assert len(trace) == 1 + report["ticks"] > 50
+    undisturbed = (tmp_path / "process.csv").read_text().splitlines()[: len(trace)]
+    # A killed referee may have received the odometry of some ticks, and not yet their commands.
+    assert trace[:-20] == undisturbed[:-20]
+    poses = [[row.split(",")[:8] for row in rows] for rows in (trace, undisturbed)]
+    assert poses[0] == poses[1]

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from sdc_common.configuration import node_config
 from sdc_experiments.closed_loop import drive, drive_result
 from sdc_package.steering.loader import METHODS
 from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.road.route_generator import generate_route
-from sdc_sim.scenario.packaged import node_config
 
 pytestmark = pytest.mark.slow(15)
 METHODS = [one for one in METHODS if one != "mpc" or importlib.util.find_spec("osqp")]

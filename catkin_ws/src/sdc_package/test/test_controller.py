@@ -4,10 +4,10 @@ import math
 
 import pytest
 
+from sdc_common.configuration import node_config
 from sdc_common.driving import Observation
 from sdc_package.controller import Controller
 from sdc_package.local_path import ReferencePath
-from sdc_sim.scenario.packaged import node_config
 
 PATH = ReferencePath()
 PATH.update([(0.0, 0.0, 5.0), (10.0, 0.0, 5.0), (20.0, 0.0, 5.0)])

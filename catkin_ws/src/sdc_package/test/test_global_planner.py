@@ -1,14 +1,11 @@
 """Missions over lanes: their points and limits, and when another one is planned."""
 
-import math
-
 import numpy as np
 import pytest
 
-from sdc_map.lane_graph import LaneGraph, NoRouteError
+from sdc_map.lane_graph import NoRouteError
 from sdc_map.network import Network, RoadLane
 from sdc_package.global_planner import GlobalPlanner
-from sdc_sim.scenario.map_drive import first_mission
 
 
 def lane(name, points, limit_mps=10.0, leads=(), left="", right=""):
@@ -101,11 +98,3 @@ def test_goal_that_cannot_be_reached_is_one_line(goal, words):
 def test_car_that_is_on_no_lane_gets_no_mission():
     with pytest.raises(NoRouteError, match="no lane is within 20 m"):
         GlobalPlanner(_FORK, [_GOAL_ON]).update(100.0, -50.0, 0.0)
-
-
-def test_first_mission_draws_what_is_not_given():
-    graph = LaneGraph(_FORK)
-    one, same = (first_mission(graph, None, [], 5)[0] for _ in range(2))
-    assert np.array_equal(one.points_m, same.points_m)
-    mission, goals = first_mission(graph, (30.0, 0.0), [_GOAL_ON], 5)
-    assert math.dist(mission.points_m[0], (30.0, 0.0)) < 1e-6 and goals == [_GOAL_ON]

@@ -3,26 +3,43 @@
 import numpy as np
 import pytest
 
+from sdc_common.configuration import node_config
 from sdc_common.geometry.polyline import Place
 from sdc_package.lane_offset import LaneFit, LaneHold
-from sdc_sim.camera.camera_model import CameraModel
-from sdc_sim.scenario.packaged import node_config
 
+# The front camera: ahead of the vehicle's centre, above the ground, tilted downward.
+AHEAD_M = 0.7
+ABOVE_M = 1.7
+DOWN_RAD = np.pi / 360.0
 LANE = LaneFit(**node_config("sdc_package", "camera")["lane_offset"])
 
 
 def mask_of_lane(offset_m, heading_rad=0.0, lines_m=(-1.75, 1.75)):
     """Return the mask of a straight lane with these lines, seen from a car in it."""
-    camera, mask = CameraModel(), np.zeros((480, 640), np.uint8)
-    x = np.linspace(0.0, 40.0, 4000)
+    mask = np.zeros((480, 640), np.uint8)
     for line_m in lines_m:
         for side_m in (-0.07, 0.07):  # the filter marks both sides of a line
-            points = np.column_stack([x, np.full_like(x, line_m + side_m), np.zeros_like(x)])
-            pixels, in_front = camera.project(points, 0.0, offset_m, heading_rad)
-            columns, rows = np.round(pixels[in_front]).astype(int).T
+            columns, rows = pixels_of_line(line_m + side_m - offset_m, heading_rad)
             seen = (columns >= 0) & (columns < 640) & (rows >= 0) & (rows < 480)
             mask[rows[seen], columns[seen]] = 255
     return mask
+
+
+def pixels_of_line(left_m, heading_rad):
+    """Return columns and rows of a line along the road in a picture of 640 x 480 over 90 degrees.
+
+    Args:
+        left_m: the line's distance on the left of the vehicle's centre [m]
+        heading_rad: heading of the vehicle relative to the line [rad]
+    """
+    along_m = np.linspace(0.0, 40.0, 4000)
+    forward_m = np.cos(heading_rad) * along_m + np.sin(heading_rad) * left_m - AHEAD_M
+    right_m = np.sin(heading_rad) * along_m - np.cos(heading_rad) * left_m
+    depth_m = np.cos(DOWN_RAD) * forward_m + np.sin(DOWN_RAD) * ABOVE_M
+    down_m = np.cos(DOWN_RAD) * ABOVE_M - np.sin(DOWN_RAD) * forward_m
+    in_front = depth_m > 0.01
+    x, y = right_m[in_front] / depth_m[in_front], down_m[in_front] / depth_m[in_front]
+    return np.round(320.0 + 320.0 * x).astype(int), np.round(240.0 + 320.0 * y).astype(int)
 
 
 @pytest.mark.parametrize("offset_m", (-0.6, 0.0, 0.4))

@@ -10,9 +10,6 @@ import time
 
 import pytest
 
-from sdc_experiments.closed_loop import drive_result
-from sdc_sim.report.writer import write_report
-
 pytestmark = pytest.mark.slow(30)
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -132,34 +129,6 @@ def test_drive_completes_when_the_disk_is_full(environment, start, bend, tmp_pat
     assert "referee: completed: 100.0 %" in drive.output
     assert "No space left on device" in drive.output
     assert "Traceback" not in drive.output
-
-
-@pytest.mark.parametrize(
-    "node", ["sim.py", "referee.py", pytest.param("mission_planner.py", marks=pytest.mark.nightly)]
-)
-def test_death_of_the_world_ends_the_drive_with_a_report_until_then(
-    environment, start, tmp_path, node
-):
-    """The trace begins as that of an undisturbed drive, bit for bit."""
-    options = ["headless:=true", "sync:=true", "camera:=false"]
-    drive = start([DRIVE, *options, "referee_options:={pictures: false}"], environment)
-    events = tmp_path / "report" / "report.events.jsonl"
-    limit = time.monotonic() + 120.0
-    while not (events.exists() and events.read_bytes().count(b"\n") > 400):
-        assert time.monotonic() < limit, drive.output
-        time.sleep(0.002)
-    os.kill(drive.pid_of(node), signal.SIGKILL)
-    assert drive.wait_for_end() == 1, drive.output[-3000:]
-    report = json.loads((tmp_path / "report" / "report.json").read_text())
-    assert (report["status"], report["world_restarts"]) == ("aborted", 0)
-    write_report(str(tmp_path / "process.json"), drive_result())
-    trace = (tmp_path / "report" / "report.csv").read_text().splitlines()
-    assert len(trace) == 1 + report["ticks"] > 50
-    undisturbed = (tmp_path / "process.csv").read_text().splitlines()[: len(trace)]
-    # A killed referee may have received the odometry of some ticks, and not yet their commands.
-    assert trace[:-20] == undisturbed[:-20]
-    poses = [[row.split(",")[:8] for row in rows] for rows in (trace, undisturbed)]
-    assert poses[0] == poses[1]
 
 
 @pytest.mark.parametrize("sync", ["true", pytest.param("false", marks=pytest.mark.nightly)])

@@ -5,10 +5,11 @@ import os
 import numpy as np
 import pytest
 
+from sdc_common.configuration import node_config
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_common.validation import DocumentError
 from sdc_sim.scenario.drive_setup import drive_setup, load_simulation
-from sdc_sim.scenario.packaged import folder_of, node_config
+from sdc_sim.scenario.packaged import folder_of
 
 TOWN = load_waypoints(os.path.join(folder_of("route"), "waypoints.csv"))
 BEND = [{"straight_m": 30}, {"left_deg": 90, "radius_m": 20, "transition_m": 5}]

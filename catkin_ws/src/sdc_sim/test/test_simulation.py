@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sdc_common.configuration import node_config
 from sdc_common.driving import Command
 from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.collision import overlap
@@ -14,7 +15,6 @@ from sdc_sim.physics.obstacles import KINDS, ObstaclePlan, Obstacles, ObstacleSt
 from sdc_sim.physics.traffic_lights import GREEN, RED, TrafficLightPlan
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
-from sdc_sim.scenario.packaged import node_config
 from sdc_sim.sensors.errors import OdometryNoise
 from sdc_sim.simulation.simulation import OccupiedError, Simulation
 

@@ -6,9 +6,10 @@ import os
 import pytest
 import rospy
 
+from sdc_common.configuration import node_config
 from sdc_sim.ros import simulation_setup
 from sdc_sim.ros.simulation_setup import SimulationSetup
-from sdc_sim.scenario.packaged import folder_of, node_config
+from sdc_sim.scenario.packaged import folder_of
 
 GIVEN = {
     "vehicles_folder": folder_of("vehicle"),

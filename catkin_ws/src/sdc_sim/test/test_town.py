@@ -16,6 +16,7 @@ from sdc_sim.road.network_markings import NetworkInvasionDetector, world_marking
 from sdc_sim.road.opendrive import opendrive_file
 from sdc_sim.road.scenery import SIGN
 from sdc_sim.scenario.configuration import part_of_map
+from sdc_sim.scenario.map_drive import first_mission
 from sdc_sim.scenario.packaged import find_route
 from sdc_testing.street_maps import dense, needs_maps
 
@@ -75,3 +76,13 @@ def test_lidars_see_the_scenery_of_the_map():
     suite_scenery = part_of_map("road.network_scenery", "town")
     assert (suite_scenery.kind == SIGN).any()
     assert part_of_map("road.network_scenery", "") == ()
+
+
+def test_first_mission_draws_what_is_not_given(town):
+    graph = LaneGraph(town)
+    one, same = (first_mission(graph, None, [], 5)[0] for _ in range(2))
+    assert np.array_equal(one.points_m, same.points_m)
+    start, goal = map(tuple, _ROUTE_M[[0, 100]])
+    mission, goals = first_mission(graph, start, [goal], 5)
+    assert np.hypot(*(mission.points_m[0] - start)) < 0.05
+    assert goals == [goal]

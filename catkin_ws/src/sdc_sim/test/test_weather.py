@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
+from sdc_common.configuration import node_config
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.road import Road
-from sdc_sim.scenario.packaged import node_config
 from sdc_sim.simulation.weather import CLEAR, Weather
 
 pytestmark = pytest.mark.slow(6)

@@ -4,13 +4,10 @@ import numpy as np
 import pytest
 
 from sdc_behaviour import driver
-from sdc_behaviour.driver import BehaviourDriver, LaneRoad
 from sdc_behaviour.drives import SCENES, drive_scene
 from sdc_behaviour.manoeuvre import LaneProposal
-from sdc_behaviour.roads import ROAD, crossing_road
 from sdc_behaviour.rss import Rss
 from sdc_behaviour.study.experiments import crashes, flow_per_h, lines, polite
-from sdc_experiments.closed_loop import drive_result
 
 # What the check of behaviour-8 demands [m/s].
 LEAST_MPS = {"lorry": 9.0, "brake": 5.0, "crossing": 5.0}
@@ -55,12 +52,3 @@ def test_late_drivers_crash_at_a_distance_that_is_safe_for_others():
     assert crashes(1.0, Rss(response_s=1.0)) == 0
     assert flow_per_h(14.0, Rss())[0] > 1.7 * flow_per_h(14.0, Rss(response_s=1.0))[0]
     assert len(list(lines("late"))) == 6
-
-
-def test_driver_is_a_planner_of_the_library():
-    planner = BehaviourDriver(LaneRoad(crossing_road(), ROAD), limit_mps=10.0)
-    points = np.column_stack([np.arange(0.0, 200.0), np.zeros(200)])
-    result = drive_result(route=points, planner=planner.plan, longest_s=25.0)
-    assert result.metrics["cross_track_max_m"] < 0.2
-    assert result.metrics["route_completion_percent"] > 60.0
-    assert sum(result.metrics["infractions"].values()) == 0

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 import rospkg
 
+from sdc_common.configuration import node_config
 from sdc_sim.camera.boxes import obstacle_box, traffic_light_box
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.physics.obstacles import ObstaclePlan, SimulatedObstacle
 from sdc_sim.physics.traffic_lights import FIRST_ID, TrafficLightState
 from sdc_sim.road.road import Road
-from sdc_sim.scenario.packaged import node_config
 
 
 @pytest.fixture(scope="session")

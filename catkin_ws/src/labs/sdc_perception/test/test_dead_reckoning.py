@@ -4,11 +4,11 @@ import math
 
 import pytest
 
+from sdc_common.configuration import node_config
 from sdc_common.driving import Command
 from sdc_perception.dead_reckoning import DeadReckoning
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
-from sdc_sim.scenario.packaged import node_config
 
 TICK_S = 0.05
 

@@ -6,13 +6,13 @@ import cv2
 import numpy as np
 import pytest
 
+from sdc_common.configuration import node_config
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_perception.lane_detection import DetectorSettings, LaneDetector
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.road import Road
 from sdc_sim.road.route_generator import generate_route
-from sdc_sim.scenario.packaged import node_config
 from sdc_sim.simulation.weather import Weather
 
 pytestmark = pytest.mark.slow(11)

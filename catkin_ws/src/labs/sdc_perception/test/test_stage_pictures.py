@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from sdc_common.configuration import node_config
 from sdc_perception.lane_detection import DetectorSettings, LaneDetector
 from sdc_perception.overlay import LINES_BGR
 from sdc_perception.stage_pictures import STAGES
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.road import Road
-from sdc_sim.scenario.packaged import node_config
 
 pytestmark = pytest.mark.slow(2)
 

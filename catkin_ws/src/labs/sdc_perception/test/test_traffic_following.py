@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from sdc_common.configuration import node_config
 from sdc_perception.light_detection import GREEN, RED, YELLOW
 from sdc_perception.light_tracker import TrackedLight
 from sdc_perception.obstacle_tracker import TrackedBody
 from sdc_perception.traffic_following import TrafficFollower, TrafficSettings
-from sdc_sim.scenario.packaged import node_config
 
 CAR = (0.0, 0.0, 0.0)
 FRONT_M, POLE_BEYOND_M, SPARE_M = 2.35, 4.0, 0.4

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Callable, Mapping, Sequence, Union, cast
 
 import numpy as np
 
+from sdc_common.configuration import node_config
 from sdc_common.driving import Observation, Path
 from sdc_common.geometry.segments import use_machine_code
 from sdc_common.planning.stop_line import StopLine
@@ -30,7 +31,7 @@ from sdc_package.traffic_lights import TrafficLightMonitor
 from sdc_sim.evaluation.drive_evaluation import DriveEvaluation
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.scenario.drive_setup import DriveSetup, RouteSource, drive_setup
-from sdc_sim.scenario.packaged import node_config, overridden
+from sdc_sim.scenario.packaged import overridden
 from sdc_sim.scenario.reader import map_path
 from sdc_sim.simulation import loop
 from sdc_sim.simulation.snapshot import Snapshot

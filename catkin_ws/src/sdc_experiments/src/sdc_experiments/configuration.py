@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 from typing import Any
 
+from sdc_common.configuration import node_config
 from sdc_sim.physics.vehicle_parameters import VehicleParameters, load_vehicle
-from sdc_sim.scenario.packaged import folder_of, node_config
+from sdc_sim.scenario.packaged import folder_of
 
 
 def node_parameters(node: str) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from sdc_common.configuration import node_config
 from sdc_common.geometry.segments import use_machine_code
 from sdc_experiments.championship.mission import DriverMission
 from sdc_experiments.closed_loop import conditions
@@ -16,7 +17,7 @@ from sdc_experiments.recorder import stop_lines_of
 from sdc_map.map_file import map_file
 from sdc_sim.road.random_routes import long_route
 from sdc_sim.scenario.drive_setup import DriveSetup
-from sdc_sim.scenario.packaged import node_config, overridden
+from sdc_sim.scenario.packaged import overridden
 from sdc_sim.scenario.street_scenarios import of_map, types
 from sdc_sim.simulation.simulation import Simulation
 

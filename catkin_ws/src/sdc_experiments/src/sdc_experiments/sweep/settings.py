@@ -10,8 +10,9 @@ from typing import Any, Iterable, Mapping
 import rospkg
 import yaml
 
+from sdc_common.configuration import node_config
 from sdc_common.validation import is_number, suggestion
-from sdc_sim.scenario.packaged import node_config, overridden
+from sdc_sim.scenario.packaged import overridden
 
 IN_PROCESS, ROS = "in_process", "ros"
 CONTROLLER = "simple_controller"

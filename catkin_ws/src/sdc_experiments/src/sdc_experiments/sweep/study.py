@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Iterator, NamedTuple
 
+from sdc_common.configuration import node_config
 from sdc_experiments.sweep.settings import IN_PROCESS, ROS, check_together, checked
 from sdc_experiments.sweep.true_metrics import TRUE_METRICS
-from sdc_sim.scenario.packaged import find_route, find_scenario, node_config
+from sdc_sim.scenario.packaged import find_route, find_scenario
 from sdc_sim.scenario.reader import load_scenario
 from sdc_sim.yaml_document import YamlDocument, load_yaml, schema, validate
 

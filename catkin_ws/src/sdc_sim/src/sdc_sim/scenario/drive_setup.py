@@ -8,6 +8,7 @@ from typing import Any, Mapping, Sequence, Union
 
 import numpy as np
 
+from sdc_common.configuration import node_config
 from sdc_common.geometry.road_line import road_route
 from sdc_common.geometry.route import Route, checked_points
 from sdc_common.routes.waypoint_file import LARGEST_COORDINATE_M, load_waypoints, parse_waypoints
@@ -20,7 +21,6 @@ from sdc_sim.scenario.packaged import (
     find_scenario,
     folder_of,
     generated_lines,
-    node_config,
     overridden,
     sensor_options,
     sim_options,

@@ -5,12 +5,12 @@ from __future__ import annotations
 import copy
 import os
 import sys
-from functools import lru_cache
 from typing import Any, Mapping, Sequence
 
-import rospkg
 import yaml
 
+from sdc_common.configuration import node_config as node_config  # its old place, for workspaces
+from sdc_common.configuration import package_folder
 from sdc_common.validation import DocumentError, suggestion
 from sdc_sim.road.route_generator import csv_lines, generate_route
 from sdc_sim.scenario.reader import Scenario
@@ -33,18 +33,6 @@ def folder_of(kind: str) -> str:
     """Return the folder of the packaged files of a kind, a key of the table."""
     package, folder, _ = _FOLDERS[kind]
     return os.path.join(package_folder(package), folder)
-
-
-@lru_cache(maxsize=None)
-def package_folder(package: str) -> str:
-    """Return the folder of an installed package."""
-    return rospkg.RosPack().get_path(package)
-
-
-def node_config(package: str, node: str) -> dict[str, Any]:
-    """Return the parameters of a node, from its file in config/ of its package."""
-    folder = os.path.join(package_folder(package), "config")
-    return copy.deepcopy(packaged_config(node, folder))
 
 
 def overridden(

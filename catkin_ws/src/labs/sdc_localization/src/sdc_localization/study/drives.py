@@ -15,6 +15,7 @@ import numpy as np
 import rosbag
 from scipy.stats import chi2
 
+from sdc_common.configuration import node_config
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.geodesy import map_from_geodetic
 from sdc_common.ros.conversion import rear_axle_speed
@@ -23,7 +24,7 @@ from sdc_localization.localizer import Localizer, LocalizerSettings
 from sdc_sim.road.random_routes import long_route
 from sdc_sim.runner import isolated_drive
 from sdc_sim.scenario.acceptance_limits import read_report
-from sdc_sim.scenario.packaged import node_config, options_text
+from sdc_sim.scenario.packaged import options_text
 
 ROUTES = 20
 OUTAGE_S = 5.0

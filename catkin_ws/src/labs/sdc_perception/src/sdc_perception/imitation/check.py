@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sdc_sim.scenario.packaged import node_config
+from sdc_common.configuration import node_config
 
 # What a call of a student's function may raise.
 _ERRORS = (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError)

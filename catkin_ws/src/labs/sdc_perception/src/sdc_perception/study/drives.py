@@ -20,10 +20,11 @@ import numpy as np
 import rosbag
 from cv_bridge import CvBridge
 
+from sdc_common.configuration import node_config
 from sdc_sim.road.random_routes import random_route
 from sdc_sim.runner import isolated_drive
 from sdc_sim.scenario.acceptance_limits import read_report
-from sdc_sim.scenario.packaged import node_config, options_text
+from sdc_sim.scenario.packaged import options_text
 
 TOWN = "town"
 # Name: parameters of config/sim.yaml.

@@ -11,8 +11,8 @@ import yaml
 from sdc_package.steering.loader import METHODS
 from sdc_sim.evaluation.rules import EvaluationRules
 
-SRC = Path(__file__).resolve().parents[2]
-ROOT = SRC.parents[1]
+ROOT = Path(__file__).resolve().parents[1]
+SRC = ROOT / "catkin_ws" / "src"
 NODES = {
     "sdc_package": ["camera", "local_planner", "mission_planner", "simple_controller"],
     "sdc_sim": ["referee", "sim"],
