@@ -2,6 +2,8 @@
 
 import ast
 import re
+import sys
+import xml.etree.ElementTree as ElementTree
 from collections import Counter
 from pathlib import Path
 
@@ -40,7 +42,16 @@ SIM_LAYERS = {
 }
 # Only these know ROS; the referee's report listens to the pictures.
 WITH_ROS = {"ros", "manual_control", "report"}
+# Modules that docker/prepare installs for one purpose only.
+OPTIONAL = {"casadi", "gymnasium", "libsumo", "osqp", "stable_baselines3", "sumolib", "torch"}
+# Debian's packages that are not named like their module.
+DEBIAN = {"PIL": "pil", "cv2": "opencv", "dask": "distributed", "ruamel": "ruamel.yaml"}
+# Launch files start these only where they are in the workspace.
+OPTIONAL_NODES = {*LABS, "sdc_cockpit"}
 LIBRARIES = [name for name, lower in LAYERS.items() if lower]
+needs_module_names = pytest.mark.skipif(
+    sys.version_info < (3, 10), reason="the names of Python's own modules are known from 3.10 on"
+)
 MAX_MODULE_LINES = 400
 MAX_FUNCTION_LINES = 60
 
@@ -130,6 +141,63 @@ def test_package_xml_names_no_package_of_a_higher_layer(package):
     text = (folder(package) / "package.xml").read_text(encoding="utf-8")
     higher = [name for name in LAYERS if package in below(name)]
     assert [name for name in higher if f">{name}<" in text] == []
+
+
+def named(package, *tags):
+    """Return the packages that tags of package.xml name."""
+    root = ElementTree.parse(folder(package) / "package.xml").getroot()
+    return {node.text for tag in tags for node in root.iter(tag)}
+
+
+def imports(package):
+    """Return what the programs and what the tests of a package import of other packages."""
+    programs, tests = set(), set()
+    for path in folder(package).rglob("*.py"):
+        if path.name != "setup.py":
+            is_test = "test" in path.parts and "sdc_testing" not in path.parts
+            own = {package, *(other.stem for other in path.parent.glob("*.py"))}
+            names = {name.split(".")[0] for name in imported_modules(path)} - own
+            (tests if is_test else programs).update(names)
+    others = {*sys.stdlib_module_names, *OPTIONAL, "sdc_testing"}
+    return programs - others, tests - others
+
+
+def started(package, launch_folder):
+    """Return the packages whose nodes and files the launch files of a folder need."""
+    place = folder(package) / launch_folder
+    texts = [path.read_text() for path in (*place.glob("*.launch"), *place.glob("*.test"))]
+    found = set(re.findall(r'pkg="(\w+)"|find (\w+)\)', "\n".join(texts)))
+    return {name for pair in found for name in pair if name} - {package, *OPTIONAL_NODES}
+
+
+def missing_and_superfluous(imported, names):
+    """Compare modules with the packages that are named for them."""
+    known = {name: {name, f"python3-{DEBIAN.get(name, name)}"} for name in imported}
+    missing = {name for name, either in known.items() if not either & names}
+    return missing, names - {name for either in known.values() for name in either}
+
+
+@needs_module_names
+@pytest.mark.parametrize("package", LIBRARIES)
+def test_package_xml_names_what_is_imported_and_what_launch_files_start(package):
+    names = named(package, "exec_depend", "depend")
+    launched = started(package, "launch")
+    assert launched <= names
+    missing, superfluous = missing_and_superfluous(imports(package)[0], names)
+    messages = {"message_runtime", "std_msgs"} if (folder(package) / "msg").is_dir() else set()
+    web = {name for name in names if name.startswith("libjs-")}
+    assert (missing, superfluous - launched - messages - web) == (set(), set())
+
+
+@needs_module_names
+@pytest.mark.parametrize("package", LIBRARIES)
+def test_package_xml_names_what_tests_import(package):
+    names = named(package, "exec_depend", "depend")
+    tests = named(package, "test_depend")
+    missing, _ = missing_and_superfluous(imports(package)[1], names | tests)
+    _, superfluous = missing_and_superfluous(imports(package)[1] | {"pytest"}, tests)
+    assert (missing, superfluous - started(package, "test")) == (set(), set())
+    assert names & tests == set()
 
 
 @pytest.mark.parametrize("package", LIBRARIES)
