@@ -1,4 +1,4 @@
-"""The YAML of an argument such as referee_options wins over all else that sets the parameter."""
+"""What the arguments of all.launch make of the parameters of the nodes."""
 
 import pathlib
 import subprocess
@@ -8,7 +8,54 @@ import yaml
 
 SOURCES = pathlib.Path(__file__).resolve().parents[1] / "catkin_ws" / "src"
 
-# Argument, node, file of its parameters, and other arguments that set some of them.
+# Arguments, and the parameters that follow from them.
+CONSEQUENCES = [
+    (
+        "",
+        {
+            "/sim/truth": True,
+            "/sim/first_answer_s": 5.0,
+            "/sim/wait_for_nodes": ["/referee", "/local_planner"],
+            "/referee/finish_at_rest": True,
+            "/referee/new_missions": False,
+        },
+    ),
+    ("basic_control:=true", {"/sim/wait_for_nodes": ["/referee"]}),
+    ("workspace:=/ws record:=true", {"/sim/wait_for_nodes": ["/referee", "/record"]}),
+    ("map:=town goal:=[]", {"/local_planner/map": "town", "/referee/new_missions": True}),
+    ("localization:=true", {"/sim/truth": False, "/sim/gnss/period_s": 0.05}),
+    ("localization:=true landmarks:=true", {"/sim/planar_lidar/period_s": 0.1}),
+    (
+        "localization:=true sensors:=standard truth:=true",
+        {"/sim/truth": True, "/sim/gnss/period_s": 0.2},
+    ),
+    (
+        "perception:=lane",
+        {
+            "/sim/truth": False,
+            "/sim/gnss/period_s": 0.2,
+            "/sim/planar_lidar/period_s": 0.0,
+            "/sim/first_answer_s": 20.0,
+            "/sim/wait_for_nodes": ["/referee"],
+            "/referee/finish_at_rest": False,
+        },
+    ),
+    (
+        "perception:=objects map:=town goal:=[]",
+        {
+            "/sim/truth": True,
+            "/sim/first_answer_s": 20.0,
+            "/sim/wait_for_nodes": ["/referee", "/local_planner"],
+            "/referee/finish_at_rest": True,
+        },
+    ),
+    (
+        "perception:=objects map:=town goal:=[] localization:=true",
+        {"/sim/truth": False, "/sim/gnss/period_s": 0.05, "/sim/first_answer_s": 20.0},
+    ),
+]
+# Argument, node, file of its parameters, and other arguments that set some of them. The YAML of the
+# argument wins over all else that sets the parameter.
 OPTIONS = [
     ("referee_options", "/referee", "sdc_sim/config/referee.yaml", []),
     ("sim_options", "/sim", "sdc_sim/config/sim.yaml", ["truth:=true", "record:=true"]),
@@ -45,11 +92,24 @@ def other(value):
 def test_each_option_reaches_the_node(argument, node, path, others):
     options = other(yaml.safe_load((SOURCES / path).read_text()))
     text = yaml.safe_dump(options, default_flow_style=True, width=100_000).strip()
-    command = ["roslaunch", "--dump-params", "sdc_package", "all.launch", *others]
-    command += ["headless:=true", f"{argument}:={text}"]
-    dumped = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    parameters = yaml.safe_load(dumped)
+    parameters = launched(*others, f"{argument}:={text}")
     assert leaves(node, options).items() <= parameters.items()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"), CONSEQUENCES, ids=[row[0] or "none" for row in CONSEQUENCES]
+)
+def test_arguments_set_what_follows_from_them(arguments, expected):
+    parameters = launched(*arguments.split())
+    assert {name: parameters[name] for name in expected} == expected
+
+
+def launched(*arguments):
+    """Return the parameters of a drive."""
+    command = ["roslaunch", "--dump-params", "sdc_package", "all.launch"]
+    command += ["headless:=true", *arguments]
+    dumped = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    return yaml.safe_load(dumped)
 
 
 def leaves(name, value):
