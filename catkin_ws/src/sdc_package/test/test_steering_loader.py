@@ -1,6 +1,8 @@
 """Steering methods are found by name; a mistake in the configuration is named with its fix."""
 
 import os
+import subprocess
+import sys
 
 import pytest
 import yaml
@@ -73,6 +75,31 @@ def test_method_that_cannot_be_built_is_refused_in_one_line(method, parameters, 
         load_steering(method, parameters, AXLES)
     assert part in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_method_of_a_lab_that_is_not_in_the_workspace_names_the_command_that_adds_it():
+    program = (
+        "from sdc_package.steering.axles import Axles\n"
+        "from sdc_package.steering.loader import load_steering\n"
+        "try:\n"
+        "    load_steering('mpc', {}, Axles(1.4, 1.4, 0.01, 0.01))\n"
+        "except ValueError as error:\n"
+        "    print(error)\n"
+    )
+    packages = [
+        os.path.join(HERE, "..", "..", name, "src") for name in ("sdc_common", "sdc_package")
+    ]
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(packages)},
+        stdout=subprocess.PIPE,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == (
+        "steering_method 'mpc' cannot be loaded: No module named 'sdc_mpc'; "
+        "./workshop/start --lab mpc DIR in the folder of the project adds it to the workspace DIR\n"
+    )
 
 
 def test_lqr_refuses_rigid_tyres():

@@ -1,4 +1,4 @@
-"""The MPC of sdc_package with the nonlinear model and CasADi's IPOPT, to compare with.
+"""The steering method mpc with the nonlinear model and CasADi's IPOPT, to compare with.
 
 It estimates and refers to the same horizon, and has the same cost and limits. Only the model is not
 linear: sines of the heading error, the path's curvature at an offset, and the slip angles of both
@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from sdc_mpc.steering import Horizon, MpcSteering
 from sdc_package.steering.lqr import steady_state
-from sdc_package.steering.mpc import Horizon, MpcSteering
 
 try:
     import casadi
@@ -115,8 +115,8 @@ class NonlinearMpc(MpcSteering):
         """See MpcSteering.plan."""
         n, t = self.steps, self.tick_s
         self._linearize(horizon.speeds_mps, horizon.curvatures)  # the weights
-        bend = zip(horizon.curvatures.tolist(), horizon.speeds_mps[1:].tolist())
-        headings = [steady_state(*one, self.axles)[1] for one in bend]
+        bends = zip(horizon.curvatures.tolist(), horizon.speeds_mps[1:].tolist())
+        headings = [steady_state(*bend, self.axles)[1] for bend in bends]
         values = {
             "start": horizon.start,
             "last": self.estimator.last_sent,

@@ -9,6 +9,7 @@ from sdc_common.validation import suggestion
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.method import Steering
 
+# The class of each method, as `module:Class`. A class of a lab is imported only when it is chosen.
 METHODS = {
     "stanley": "sdc_package.steering.stanley:StanleySteering",
     "stanley_compensated": "sdc_package.steering.stanley_compensated:CompensatedStanleySteering",
@@ -16,8 +17,10 @@ METHODS = {
     "kinematic": "sdc_package.steering.kinematic:KinematicSteering",
     "lqr": "sdc_package.steering.lqr:LqrSteering",
     "lqr_feedforward": "sdc_package.steering.lqr:LqrFeedforwardSteering",
-    "mpc": "sdc_package.steering.mpc:MpcSteering",
+    "mpc": "sdc_mpc.steering:MpcSteering",
 }
+# A student's workspace has the package of a lab only after this command.
+_COMMANDS_OF_LABS = {"sdc_mpc": "./workshop/start --lab mpc DIR"}
 
 
 def load_steering(method: str, parameters: Mapping[str, Any] | None, axles: Axles) -> Steering:
@@ -41,10 +44,12 @@ def load_steering(method: str, parameters: Mapping[str, Any] | None, axles: Axle
     try:
         method_class: Any = getattr(importlib.import_module(module_name), class_name)
     except (ImportError, SyntaxError, AttributeError) as error:
-        raise ValueError(
-            f"steering_method '{method}' cannot be loaded: {error}; the folder of {module_name}.py "
-            "must be on the PYTHONPATH"
-        ) from error
+        fix = f"the folder of {module_name}.py must be on the PYTHONPATH"
+        missing_package = getattr(error, "name", None)
+        if missing_package in _COMMANDS_OF_LABS:
+            command = _COMMANDS_OF_LABS[missing_package]
+            fix = f"{command} in the folder of the project adds it to the workspace DIR"
+        raise ValueError(f"steering_method '{method}' cannot be loaded: {error}; {fix}") from error
     if not hasattr(method_class, "wheel_angle"):
         raise ValueError(
             f"steering_method '{method}': '{class_name}' is not a class with a method wheel_angle"

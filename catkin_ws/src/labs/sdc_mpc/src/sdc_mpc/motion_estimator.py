@@ -1,7 +1,8 @@
 """Estimate how the car moves, and how late its commands act, from noisy poses.
 
-The estimator knows what the MPC knows: the dynamic bicycle of Rajamani (section 2.5) and the
-commands that were sent. Between two poses the model moves the car, and a Kalman filter corrects it.
+The estimator has the model of the steering method: the dynamic bicycle of Rajamani (section 2.5),
+and the commands that were sent. Between two poses the model moves the car, and a Kalman filter
+corrects it.
 """
 
 from __future__ import annotations
@@ -24,18 +25,24 @@ _MEASURED = [X, Y, YAW, SPEED]
 # What the model does not know adds this to each entry of the state in a tick.
 _MODEL_ERROR = np.array([0.003, 0.003, 0.0002, 0.03, 0.02, 0.0006, 0.01, 0.02])
 _START_ERROR = np.array([0.0, 0.0, 0.0, 0.1, 0.1, 0.001, 0.0, 0.1])
-# A car that is this far from where the model expects it was placed there by hand.
+# A slow car that moves this far between two poses was placed there by hand [m].
 _PLACED_M = 2.0
+# A gap of more ticks between two poses starts the filters again.
 _MOST_TICKS = 5
 
+# The model is computed for speeds this far apart, and interpolated between them [m/s].
 _STEP_MPS = 0.5
 _SPEEDS_MPS = np.arange(1.0, 60.5, _STEP_MPS)
-# The delay is that under which the poses of the last seconds were the least surprising. Older ones
-# count less by this factor a tick; a smaller gain than the margin is chance.
+# The delay is the one under which the poses of the last seconds were the least surprising. This is
+# the factor a tick by which an older surprise counts less.
 _MEMORY = 0.98
+# The estimated delay changes where another one has a sum of surprises that is smaller by more;
+# smaller differences are chance.
 _MARGIN = 6.0
-# Share of the last innovation in the estimated noise of the positions, and its least value [m].
-_LEARNS, _LEAST_NOISE_M = 0.02, 0.006
+# Share of the last innovation in the estimated noise of the positions.
+_LEARNS = 0.02
+# Least estimated noise of the positions [m].
+_LEAST_NOISE_M = 0.006
 
 
 class TickModel:
@@ -200,15 +207,15 @@ class MotionEstimator:
         if self._last_xy is None or ticks > _MOST_TICKS:
             self._sent = [(wheel_rad, 0.0)] * len(self._filters)
             self._surprises[:] = 0.0
-            for one in self._filters:
-                one.start(pose, speed_mps, motion)
+            for motion_filter in self._filters:
+                motion_filter.start(pose, speed_mps, motion)
         else:
-            for delay, one in enumerate(self._filters):
+            for delay, motion_filter in enumerate(self._filters):
                 command = self._sent[-1 - delay]
                 for _ in range(ticks - 1):  # the poses of these ticks were lost
-                    one.state, _ = one.after_tick(one.state, command)
-                one.update(command, pose, speed_mps)
-            surprises = [one.surprise for one in self._filters]
+                    motion_filter.state, _ = motion_filter.after_tick(motion_filter.state, command)
+                motion_filter.update(command, pose, speed_mps)
+            surprises = [motion_filter.surprise for motion_filter in self._filters]
             self._surprises = _MEMORY * self._surprises + surprises
             best = int(np.argmin(self._surprises))
             if self._surprises[best] < self._surprises[self.delay] - _MARGIN:

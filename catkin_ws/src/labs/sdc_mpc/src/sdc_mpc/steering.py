@@ -32,22 +32,35 @@ from scipy import sparse
 
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.validation import check_between, check_non_negative, check_positive
+from sdc_mpc.motion_estimator import MotionEstimator, TickModel
 from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import MAX_SLIP_SINE, Axles
 from sdc_package.steering.lqr import steady_state
 from sdc_package.steering.method import Steering
-from sdc_package.steering.motion_estimator import MotionEstimator, TickModel
 
 _E, _THETA, _V, _R, _U = range(5)
 _STATES = 5
 # Constraints of a tick: the model, two changes and two limits.
 _ROWS = _STATES + 4
-# The last errors of the horizon count for all that follow.
+# Factor of the weights of the last errors of the horizon: they count for all that follow.
 _TERMINAL = 5.0
-# A matrix of the model is used again while speeds and curvatures are within these of its own.
-_SAME_SPEED_MPS, _SAME_CURVATURE = 0.02, 2e-4
+# The matrices of a linearization are used again while no speed differs by more from its own [m/s].
+_SAME_SPEED_MPS = 0.02
+# The same for the curvatures [1/m].
+_SAME_CURVATURE = 2e-4
+# A car that is faster than planned by more brakes with the jerk of an emergency [m/s].
 _LATE_MPS = 3.0
+# The path is extended behind its end by this distance, farther than a horizon of 1 s reaches [m].
 _BEYOND_M = 100.0
+# Parameters that can be zero; all others must be positive.
+_CAN_BE_ZERO = (
+    "heading_weight",
+    "wheel_change_weight",
+    "lateral_change_weight",
+    "slow_mps",
+    "delay_s",
+    "longest_delay_s",
+)
 
 
 class Horizon(NamedTuple):
@@ -83,10 +96,11 @@ class QuadraticProgram:
                 "osqp is not installed; run docker/prepare mpc in the folder of the project and "
                 "set up the terminal again"
             ) from error
-        matrices = [sparse.csc_matrix(one) for one in (p, a)]
+        matrices = [sparse.csc_matrix(dense) for dense in (p, a)]
+        # Rows and columns of the nonzero entries of p and of a.
         self._places = [
-            (one.indices, np.repeat(np.arange(one.shape[1]), np.diff(one.indptr)))
-            for one in matrices
+            (matrix.indices, np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr)))
+            for matrix in matrices
         ]
         self._solver = osqp.OSQP()
         # The interval is in iterations: one in time would give another result in each run.
@@ -112,10 +126,6 @@ class QuadraticProgram:
         return self._solver.solve(raise_error=False).x
 
 
-_CAN_BE_ZERO = ["heading_weight", "wheel_change_weight", "lateral_change_weight", "slow_mps"]
-_CAN_BE_ZERO += ["delay_s", "longest_delay_s"]
-
-
 @dataclass(eq=False)
 class MpcSteering(Steering):
     """Linear time-varying MPC of wheel angle and acceleration."""
@@ -126,8 +136,9 @@ class MpcSteering(Steering):
     heading_weight: float  # [1/rad^2]
     speed_weight: float  # [s^2/m^2]
     wheel_change_weight: float  # of the change of the wheel angle in a tick [1/rad^2]
-    lateral_change_weight: float  # of that of the lateral acceleration it causes [s^4/m^2]
-    acceleration_change_weight: float  # of that of the acceleration [s^4/m^2]
+    # Of the change of the lateral acceleration that the wheel angle causes [s^4/m^2]
+    lateral_change_weight: float
+    acceleration_change_weight: float  # of the change of the acceleration in a tick [s^4/m^2]
     max_acceleration_mps2: float  # [m/s^2]
     braking_mps2: float  # maximum deceleration [m/s^2]
     jerk_mps3: float  # maximum change of the acceleration [m/s^3]
@@ -275,13 +286,13 @@ class MpcSteering(Steering):
         p, a = np.zeros((n, size, n, size)), np.zeros((n, _ROWS, n, size))
         z, inputs = slice(0, _STATES), slice(_STATES, size)
         dynamics, changes, limits = z, inputs, slice(size, _ROWS)
-        one, both = np.eye(_STATES), np.eye(2)
+        identity, of_inputs = np.eye(_STATES), np.eye(2)
         for k in range(n):
             p[k, z, k, z] = np.diag(self._weights[k])
             p[k, inputs, k, inputs] = np.diag(self._change_weights[k : k + 2].sum(axis=0))
-            a[k, dynamics, k, z], a[k, dynamics, k, inputs] = one, -self._b[k]
-            a[k, changes, k, inputs] = a[k, limits, k, inputs] = both
+            a[k, dynamics, k, z], a[k, dynamics, k, inputs] = identity, -self._b[k]
+            a[k, changes, k, inputs] = a[k, limits, k, inputs] = of_inputs
             if k > 0:
                 p[k - 1, inputs, k, inputs] = -np.diag(self._change_weights[k])
-                a[k, dynamics, k - 1, z], a[k, changes, k - 1, inputs] = -self._a[k], -both
+                a[k, dynamics, k - 1, z], a[k, changes, k - 1, inputs] = -self._a[k], -of_inputs
         return {"p": p.reshape(n * size, -1), "a": a.reshape(n * _ROWS, -1)}

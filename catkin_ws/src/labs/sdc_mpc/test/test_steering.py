@@ -1,4 +1,4 @@
-"""The MPC: its program, its limits, and the motion and the delay that it estimates."""
+"""The steering method mpc: its program, its limits, and the motion and delay that it estimates."""
 
 import math
 import sys
@@ -8,11 +8,11 @@ import pytest
 from scipy.optimize import minimize
 
 from sdc_common.driving import Command
+from sdc_mpc.motion_estimator import MotionFilter, TickModel, Y
 from sdc_package.actuation import PedalMap, SteeringMap
 from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import load_steering
-from sdc_package.steering.motion_estimator import MotionFilter, TickModel, Y
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.scenario.packaged import folder_of, node_config
@@ -115,16 +115,13 @@ def test_tick_model_equals_small_steps_of_the_bicycle(speed):
 
 def test_filter_trusts_positions_without_noise():
     model = TickModel(AXLES, CONFIG["mpc"]["gyration_m"], TICK_S)
-    one, car, errors = (
-        MotionFilter(model, TICK_S, (0.05, 0.001, 0.05)),
-        np.zeros(4),
-        [],
-    )
-    one.start((0.0, 0.0, 0.0), 10.0, (0.0, 0.0))
+    motion_filter = MotionFilter(model, TICK_S, (0.05, 0.001, 0.05))
+    car, errors = np.zeros(4), []
+    motion_filter.start((0.0, 0.0, 0.0), 10.0, (0.0, 0.0))
     for tick in range(1, 301):  # wind comes up after 250 ticks
         car = model.at(10.0) @ (*car, 0.005 if tick > 250 else 0.0)
-        one.update((0.0, 0.0), (10.0 * TICK_S * tick, car[0], car[1]), 10.0)
-        errors.append(abs(one.state[Y] - car[0]))
+        motion_filter.update((0.0, 0.0), (10.0 * TICK_S * tick, car[0], car[1]), 10.0)
+        errors.append(abs(motion_filter.state[Y] - car[0]))
     assert max(errors) < 0.0012  # with the greatest noise it is 0.0017
 
 
