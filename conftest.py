@@ -1,14 +1,22 @@
 """Let pytest run the rostests (*.test) with the unit tests, so that one result counts them all."""
 
 import ctypes
+import importlib.util
 import os
 import re
 import signal
 import subprocess
+import sys
 import tempfile
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+# Without a catkin build, the tests that need no message import the libraries from their sources.
+if importlib.util.find_spec("sdc_common") is None:
+    _SRC = Path(__file__).parent / "catkin_ws" / "src"
+    sys.path += map(str, [*_SRC.glob("*/src"), *_SRC.glob("labs/*/src"), _SRC / "sdc_common/test"])
 
 # The examples are the same in every run. No deadline: a busy machine is no failure.
 settings.register_profile("workshop", derandomize=True, deadline=None)

@@ -1,10 +1,12 @@
 """The scripts of planner and controller without ROS: a silent planner, red lights."""
 
 import math
+import os
 
 import numpy as np
 import pytest
 import rospy
+import yaml
 from carla_msgs.msg import (
     CarlaTrafficLightInfo,
     CarlaTrafficLightInfoList,
@@ -12,12 +14,85 @@ from carla_msgs.msg import (
     CarlaTrafficLightStatusList,
 )
 from nav_msgs.msg import Odometry
+from sdc_msgs.msg import SpeedReason
 from sdc_package.msg import BaseWaypoint, LocalPath, Path, Waypoint
 
 from sdc_common.planning.stop_line import GREEN, RED
+from sdc_common.ros import speed_reason_publisher
+from sdc_testing import load_script
 
+HERE = os.path.dirname(os.path.abspath(__file__))
 MISSION, PATH = "/planner/mission_waypoints", "/planner/local_waypoints"
 ODOMETRY = "/carla/ego_vehicle/odometry"
+
+
+class OfflineNode:
+    """A node without ROS.
+
+    Attributes:
+        receive: its callbacks by topic
+        published: the messages that it published
+        call: its services by name
+        config: its parameters
+        instance: the object of its class
+        reasons: stamp [ns] and name of what limited the speed, as it published them
+    """
+
+    def __init__(self, config):
+        self.instance = None
+        self.receive = {}
+        self.published = []
+        self.call = {}
+        self.config = config
+        self.reasons = []
+
+    def serve(self, name, service_class, handler):
+        """Take the place of rospy.Service."""
+        self.call[name] = lambda: handler(None)
+
+    def subscribe(self, topic, message_class, callback, **options):
+        """Take the place of rospy.Subscriber."""
+        self.receive[topic] = callback
+
+    def advertise(self, topic, message_class, **options):
+        """Take the place of LoopPublisher."""
+        return self
+
+    def publish(self, message):
+        """Take the place of the publisher's method."""
+        if isinstance(message, SpeedReason):
+            self.reasons.append((message.header.stamp.to_nsec(), message.reason))
+        else:
+            self.published.append(message)
+
+
+@pytest.fixture
+def offline_node(monkeypatch):
+    """Return a function that builds the node of a script, with the parameters of its config."""
+
+    def refuse(message):
+        raise ValueError(message)
+
+    def build(name, class_name, **changes):
+        script = load_script(os.path.join(HERE, "..", "scripts", name + ".py"))
+        with open(os.path.join(HERE, "..", "config", name + ".yaml"), encoding="utf-8") as file:
+            config = {**yaml.safe_load(file), **changes}
+        node = OfflineNode(config)
+        monkeypatch.setattr(
+            rospy, "get_param", lambda key, *default: config.get(key.lstrip("~"), *default)
+        )
+        monkeypatch.setattr(rospy, "init_node", lambda name: None)
+        monkeypatch.setattr(rospy, "logwarn_throttle", lambda seconds, text: None)
+        monkeypatch.setattr(rospy, "loginfo", lambda text: None)
+        monkeypatch.setattr(rospy, "Subscriber", node.subscribe)
+        monkeypatch.setattr(rospy, "Service", node.serve)
+        monkeypatch.setattr(script, "refuse", refuse)
+        for module in (script, speed_reason_publisher):
+            monkeypatch.setattr(module, "LoopPublisher", node.advertise)
+        node.instance = getattr(script, class_name)()
+        return node
+
+    return build
 
 
 def odometry(tick, x, y, yaw, speed=5.0):
