@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from sdc_sim.yaml_document import packaged_config
 from sdc_workshop.exam.answer import Problem, listed
 from sdc_workshop.exam.files import interpreter_problem, permission_problem
-from sdc_workshop.exam.node import Node
+from sdc_workshop.exam.node import Node, running_node
 from sdc_workshop.exam.node_check import NodeCheck
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.variant import Variant
@@ -96,7 +96,7 @@ class CameraCheck(NodeCheck):
         assert display is not None
         environment = {"DISPLAY": display.environment["DISPLAY"], "SDL_AUDIODRIVER": "dummy"}
         parameters = {**self.parameters(stage), "show_window": True}
-        with stage.node(variant, parameters, **environment) as node:
+        with running_node(stage, variant, parameters, **environment) as node:
             pictures = node.publisher(PICTURES, Image)
             message = _road_message(road())
             shown: list = []

@@ -6,19 +6,51 @@ import contextlib
 import glob
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Callable
+from typing import TYPE_CHECKING, Any, Callable, Iterator
 
 from sdc_workshop.exam.process import Program
+from sdc_workshop.exam.stage import NAME, Stage
+from sdc_workshop.exam.variant import Variant
 
 if TYPE_CHECKING:
     import rospy
 
-    from sdc_workshop.exam.stage import Stage
-
+# A message that is not answered is sent again after this time [s].
 _REPEAT_S = 0.2
 _POLL_S = 0.02
 _CONNECTION_TIMEOUT_S = 10.0
+# Number of answers whose delays are measured.
 _ANSWERS = 8
+
+
+@contextlib.contextmanager
+def running_node(
+    stage: Stage, variant: Variant, parameters: dict, **environment: str
+) -> Iterator[Node]:
+    """Run the node that a variant of its file is.
+
+    Args:
+        stage: where it runs
+        variant: a variant of scripts/NAME.py
+        parameters: replace parameters of the student's config/NAME.yaml
+        environment: further environment variables
+
+    Raises:
+        NotBuilt: see Student.environment
+    """
+    name = Path(variant.name).stem
+    stage.student.environment  # noqa: B018  without a build, not even a master is needed
+    api = stage.master.handler
+    api.setParam(NAME, f"/{name}", {**stage.configuration(name), **parameters})
+    path, python_path = stage.build(variant)
+    command = ["/usr/bin/env", "python3", path]
+    node = Node(stage, stage.program(command, PYTHONPATH=python_path, **environment), path)
+    try:
+        yield node
+    finally:
+        node.close()
+        stage.unregister_nodes()
+        api.deleteParam(NAME, f"/{name}")
 
 
 class Received:

@@ -11,7 +11,7 @@ import re
 from pathlib import Path
 
 from sdc_workshop.exam.answer import Problem, listed
-from sdc_workshop.exam.node import Node
+from sdc_workshop.exam.node import Node, running_node
 from sdc_workshop.exam.output import last_line, warnings
 from sdc_workshop.exam.region_check import RegionCheck
 from sdc_workshop.exam.stage import Stage
@@ -45,7 +45,7 @@ class NodeCheck(RegionCheck):
 
     def problems(self, variant: Variant, stage: Stage) -> list:
         """See RegionCheck.problems."""
-        with stage.node(variant, self.parameters(stage)) as node:
+        with running_node(stage, variant, self.parameters(stage)) as node:
             found = self.connection_problem(node, variant)
             if found is None and variant.judged != (self.init_todo,):
                 found = self.answer_problem(node, variant, stage)

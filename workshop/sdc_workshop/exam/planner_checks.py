@@ -13,7 +13,7 @@ import psutil
 import yaml
 
 from sdc_workshop.exam.answer import Problem, listed
-from sdc_workshop.exam.node import Node
+from sdc_workshop.exam.node import Node, running_node
 from sdc_workshop.exam.node_check import NodeCheck, configuration_problem, delay_problem, first_of
 from sdc_workshop.exam.probes.library_probe import evaluate
 from sdc_workshop.exam.stage import Stage
@@ -71,7 +71,7 @@ class MissionPlannerCheck(NodeCheck):
         rows = [f"{x:.3f},{y:.3f}" for x, y in points]
         path.write_text("\n".join(["x,y", *rows, ""]), encoding="utf-8")
         kind = f"{PACKAGE}/Path"
-        with stage.node(variant, {"waypoints_path": str(path)}) as node:
+        with running_node(stage, variant, {"waypoints_path": str(path)}) as node:
             how = _settled(node, node.wait_until(lambda: node.publishes(MISSION)))
             if node.seen_types.get(MISSION, kind) != kind:
                 return self.topic_problem(node, "publishes", MISSION, kind, "3")
@@ -137,7 +137,7 @@ class MissionPlannerCheck(NodeCheck):
     def _refusal_problem(self, variant: Variant, stage: Stage) -> Problem | None:
         path = stage.folder / "bad.csv"
         path.write_text(_BAD_FILE, encoding="utf-8")
-        with stage.node(variant, {"waypoints_path": str(path)}) as node:
+        with running_node(stage, variant, {"waypoints_path": str(path)}) as node:
             # A ROS node takes a while to end, during which it only waits.
             results = (node.wait_until(lambda: False) for _ in range(4))
             how = next((how for how in results if how != "idle"), "idle")

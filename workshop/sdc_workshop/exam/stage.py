@@ -11,13 +11,12 @@ import shutil
 import tempfile
 from pathlib import Path
 from random import Random
-from typing import TYPE_CHECKING, Any, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, Sequence
 
 import yaml
 
 from sdc_sim.catkin_workspace import workspace_environment
 from sdc_workshop.exam.limits import limit_requests
-from sdc_workshop.exam.node import Node
 from sdc_workshop.exam.process import Program
 from sdc_workshop.exam.sandbox import Sandbox
 from sdc_workshop.exam.student import Student
@@ -233,32 +232,6 @@ class Stage:
             return Program(command, environment, self.folder)
         return self.sandbox.program(command, environment, self.folder, **options)
 
-    @contextlib.contextmanager
-    def node(self, variant: Variant, parameters: dict, **environment: str) -> Iterator[Node]:
-        """Run the node that a variant of its file is.
-
-        Args:
-            variant: a variant of scripts/NAME.py
-            parameters: replace parameters of the student's config/NAME.yaml
-            environment: further environment variables
-        """
-        name = Path(variant.name).stem
-        self.student.environment  # noqa: B018  without a build, not even a master is needed
-        api = self.master.handler
-        api.setParam(NAME, f"/{name}", {**self.configuration(name), **parameters})
-        path, python_path = self.build(variant)
-        node = Node(
-            self,
-            self.program(["/usr/bin/env", "python3", path], PYTHONPATH=python_path, **environment),
-            path,
-        )
-        try:
-            yield node
-        finally:
-            node.close()
-            self._unregister_nodes()
-            api.deleteParam(NAME, f"/{name}")
-
     def configuration(self, name: str) -> dict:
         """Return the parameters of the student's config/NAME.yaml, completed by the solution's."""
         path = SOLUTION / PACKAGE / "config" / f"{name}.yaml"
@@ -289,11 +262,11 @@ class Stage:
 
     def clear(self) -> None:
         """Remove all nodes and parameters from the master, which a launch leaves behind."""
-        self._unregister_nodes()
+        self.unregister_nodes()
         for name in list(self.master.handler.getParam(NAME, "/")[2]):
             self.master.handler.deleteParam(NAME, f"/{name}")
 
-    def _unregister_nodes(self) -> None:
+    def unregister_nodes(self) -> None:
         """Unregister all nodes from the master: a node that was killed does not do it itself."""
         handler = self.master.handler
         with handler.ps_lock:
