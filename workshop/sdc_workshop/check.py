@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import json
 import os
@@ -13,6 +12,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Sequence
 
+from sdc_experiments.commands import WordError, parse
 from sdc_workshop import progress, quiz
 from sdc_workshop.exam.answer import PASSED, Answer
 from sdc_workshop.exam.examination import Examination
@@ -36,52 +36,15 @@ from sdc_workshop.workspace import (
 _POLL_S = 0.3
 _NOT_WATCHED = (progress.NAME, f"{progress.NAME}.part", "__pycache__")
 
-DESCRIPTION = """Check your workspace, from any folder in it. Without a STEP, all steps of the
-workshop, or of the lab for which the workspace was made, are checked in their order and the first
-wrong one is explained; with STEPs, only those. A STEP is an id such as camera-3, the beginning of
-several, such as camera or controller-2, or a range: messages-7..messages-10. `quiz [LESSON]` asks
-five questions about a lesson instead; without a LESSON, about the one at which you are."""
 
-
-def parse(arguments: Sequence[str]) -> argparse.Namespace:
-    """Parse the command line."""
-    parser = argparse.ArgumentParser(prog="./workshop/check", description=DESCRIPTION)
-    parser.add_argument("steps", nargs="*", metavar="STEP")
-    parser.add_argument(
-        "--watch", action="store_true", help="check again whenever a file is saved, until Ctrl-C"
-    )
-    parser.add_argument(
-        "--hint", metavar="STEP", nargs="+", help="explain steps in more detail, and exit"
-    )
-    parser.add_argument(
-        "--solution",
-        metavar="STEP",
-        nargs="+",
-        help="write the solution of steps into the workspace, which keeps note of it",
-    )
-    parser.add_argument("--list", action="store_true", help="list all steps, and exit")
-    parser.add_argument(
-        "--json", metavar="FILE", help="also write all answers to a file, for programs"
-    )
-    parser.add_argument(
-        "--language", metavar="CODE", help="language of the hints, such as de (default: LANG's)"
-    )
-    parser.add_argument(
-        "--seed", default="", help="draw the same arguments as the check that showed this seed"
-    )
-    return parser.parse_args(arguments)
-
-
-def check(
-    folder: Path, steps: list, show: Show, json_path: str | None = None, seed: str = ""
-) -> int:
+def check(folder: Path, steps: list, show: Show, json_path: str = "", seed: str = "") -> int:
     """Check some steps and show the answers.
 
     Args:
         folder: the workspace
         steps: the steps to check
         show: where the answers are shown
-        json_path: file to which the answers are written, too
+        json_path: file to which the answers are written, too; "": none
         seed: the checks draw their arguments from it; "": a new one
 
     Returns:
@@ -93,7 +56,7 @@ def check(
         show.begin(folder, steps)
         answers = examination.judge(steps, show.step)
         end(folder, steps, answers, show)
-    if json_path is not None:
+    if json_path:
         found = {
             "answers": {step_id: asdict(answer) for step_id, answer in answers.items()},
             "report": examination.report,
@@ -184,22 +147,22 @@ def main(arguments: Sequence[str]) -> int:
     Returns:
         the exit status: 0 all checked steps are right, 1 some are not, 2 bad command line
     """
-    options = parse(arguments)
-    if options.language:
-        os.environ["LANGUAGE"] = options.language
     try:
+        options = parse("workshop/check", arguments)
+        if options.language:
+            os.environ["LANGUAGE"] = options.language
         place = Path(os.environ.get("PWD") or os.getcwd())
-        if options.steps[:1] == ["quiz"]:
-            return quiz.run(options.steps[1:], options.seed, place)
+        if options.command.endswith("quiz"):
+            return quiz.run(options.lesson, options.seed, place)
         if options.hint or options.list:
             lab = lab_near(place)
-            steps = chosen(options.hint or options.steps, lab, optional=True)
+            steps = chosen(options.hint or options.step, lab, optional=True)
             print_hints(steps if options.hint else [])
             for step in [] if options.hint else steps:
                 print(f"{step.id:22} {step.title}")
             return 0
         folder = find(place)
-        steps = chosen(options.solution or options.steps, lab_of(folder))
+        steps = chosen(options.solution or options.step, lab_of(folder))
         if is_older(folder):
             print(f"check: {folder} is of another version of the workshop: {UPDATE} updates it.")
         if options.solution:
@@ -208,7 +171,7 @@ def main(arguments: Sequence[str]) -> int:
         if options.watch:
             return watch(folder, steps, Show(sys.stdout))
         return check(folder, steps, Show(sys.stdout), options.json, options.seed)
-    except (WorkspaceError, StepError, RegionError, OSError, ImportError) as error:
+    except (WordError, WorkspaceError, StepError, RegionError, OSError, ImportError) as error:
         print(f"check: {error}", file=sys.stderr)
         return 2
 

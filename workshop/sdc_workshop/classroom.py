@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import random
@@ -11,35 +10,22 @@ import time
 from functools import lru_cache
 from pathlib import Path
 from statistics import median
+from types import SimpleNamespace
 from typing import Sequence
 
 import jinja2
 
+from sdc_experiments.commands import parse
 from sdc_workshop import progress
 from sdc_workshop.exam.answer import PASSED
 from sdc_workshop.grading.handed_in import names, submissions
-from sdc_workshop.steps import LABS, WORKSHOP, load_steps
+from sdc_workshop.steps import load_steps
 from sdc_workshop.workspace import package_of
 
-DESCRIPTION = """Write a page that shows how far the students are, and where they stay long, from
-what ./workshop/check keeps in their workspaces. A DIR is a workspace, or a folder that contains
-workspaces, such as /home. The page has pseudonyms. It is written again every few seconds until
-Ctrl-C, and reloads itself in the browser."""
 # A student who was away for longer was not at a step all the time.
 _LONGEST_MIN = 60.0
 _PERIOD_S = 5
 _MOST_BYTES = 1_000_000
-
-
-def parse(arguments: Sequence[str]) -> argparse.Namespace:
-    """Parse the command line."""
-    parser = argparse.ArgumentParser(prog="./workshop/class", description=DESCRIPTION)
-    parser.add_argument("folders", nargs="+", metavar="DIR", type=Path)
-    parser.add_argument("--lab", choices=sorted(LABS), default=WORKSHOP, help="the lab")
-    parser.add_argument("--output", type=Path, default=Path("class.html"), help="the page")
-    parser.add_argument("--names", action="store_true", help="show names: ask the students first")
-    parser.add_argument("--once", action="store_true", help="write the page once, and exit")
-    return parser.parse_args(arguments)
 
 
 def workspace_in(folder: Path, lab: str) -> Path | None:
@@ -113,10 +99,10 @@ def pseudonyms(real: list, path: Path) -> dict:
     return {name: f"student {number}" for number, name in enumerate(known + new, 1)}
 
 
-def write_page(options: argparse.Namespace, now_s: float) -> int:
+def write_page(options: SimpleNamespace, now_s: float) -> int:
     """Write the page, and return the number of students."""
-    rows, output = [], options.output.absolute()
-    named = names(submissions(options.folders, output, options.lab))
+    rows, output = [], Path(options.output).absolute()
+    named = names(submissions(map(Path, options.dir), output, options.lab))
     found = {name: workspace_in(folder, options.lab) for folder, name in named.items()}
     real = [name for name, workspace in found.items() if workspace]
     shown = dict(zip(real, real))
@@ -158,10 +144,10 @@ def write_page(options: argparse.Namespace, now_s: float) -> int:
 
 def main(arguments: Sequence[str]) -> int:
     """Run the command and return its exit status."""
-    options = parse(arguments)
     try:
-        count = write_page(options, time.time())
-        print(f"class: {count} students, see {options.output.absolute().as_uri()}", flush=True)
+        options = parse("workshop/class", arguments)
+        count, page = write_page(options, time.time()), Path(options.output).absolute()
+        print(f"class: {count} students, see {page.as_uri()}", flush=True)
         while not options.once:
             time.sleep(_PERIOD_S)
             write_page(options, time.time())

@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 import yaml
 
+from sdc_experiments.commands import parse
 from sdc_workshop.browser import service
 from sdc_workshop.workspace import PROJECT
 
@@ -150,9 +151,7 @@ def terminal(title: str, command: str) -> str:
 
 def main(arguments: Sequence[str]) -> None:
     """Serve the desktop until Ctrl-C."""
-    options = service.parser("desktop", "Serve a small desktop in the browser.", PORT).parse_args(
-        arguments
-    )
+    options = parse("workshop/desktop", arguments)
     with service.errors_in_one_line("desktop"), tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         with service.Programs(folder / "log") as programs:

@@ -13,11 +13,11 @@ from pathlib import Path
 
 import yaml
 
+from sdc_experiments.commands import parse
 from sdc_workshop import languages
 from sdc_workshop.browser import desktop, service
 from sdc_workshop.workspace import PROJECT
 
-PORT = 8888
 COCKPIT_PORT = 8080
 GUIDE = PROJECT / "workshop" / "guide.md"
 # The guide with the real path of the project, beside the guide, whose links are relative.
@@ -118,18 +118,11 @@ def _workspace(text: str) -> Path:
 
 def main(arguments: Sequence[str]) -> None:
     """Serve JupyterLab until Ctrl-C."""
-    reader = service.parser("browser", "Serve the workshop at one URL.", PORT)
-    reader.add_argument(
-        "workspace",
-        nargs="?",
-        default=os.path.expanduser("~/sdc_ws"),
-        help="the workspace, which the guide creates (default: %(default)s)",
-    )
-    options = reader.parse_args(arguments)
+    options = parse("workshop/browser", arguments)
     with service.errors_in_one_line("browser"), tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         with service.Programs(folder / "log") as programs:
-            workspace = _workspace(options.workspace)
+            workspace = _workspace(os.path.expanduser(options.workspace))
             port = service.free_port(options.ip, options.port)
             given_token = service.token()
             root = Path(os.path.commonpath([workspace.parent, PROJECT]))

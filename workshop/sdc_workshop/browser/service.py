@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import ipaddress
 import os
@@ -23,37 +22,6 @@ _END_S = 10.0
 
 class ServiceError(RuntimeError):
     """A server cannot start; the message names the fix."""
-
-
-def parser(program: str, description: str, port: int) -> argparse.ArgumentParser:
-    """Return a parser with the arguments of both servers."""
-    arguments = argparse.ArgumentParser(
-        prog=f"./workshop/{program}",
-        description=description,
-        epilog=f"{TOKEN_VARIABLE} sets the token; without it, each start has a new one.",
-    )
-    arguments.add_argument(
-        "--ip",
-        metavar="ADDRESS",
-        type=_address,
-        default="127.0.0.1",
-        help="address to listen on (default: %(default)s, this machine only; 0.0.0.0 is all)",
-    )
-    arguments.add_argument(
-        "--port",
-        type=int,
-        default=port,
-        help="port to listen on, or the next one that is free (default: %(default)s)",
-    )
-    return arguments
-
-
-def _address(text: str) -> str:
-    try:
-        ipaddress.IPv4Address(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(f"'{text}' is not an address such as 0.0.0.0") from error
-    return text
 
 
 def free_port(address: str, first: int) -> int:

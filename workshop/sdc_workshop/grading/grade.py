@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import json
 import os
@@ -15,11 +14,11 @@ import threading
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Iterator, Sequence
 
-import yaml
-
 from sdc_common.validation import DocumentError
+from sdc_experiments.commands import WordError, parse
 from sdc_experiments.sandbox import SandboxError, user_id
 from sdc_experiments.sweep.dask_engine import ClusterError
 from sdc_workshop.exam.sandbox import require
@@ -31,48 +30,20 @@ from sdc_workshop.grading.lms import write_lms
 from sdc_workshop.grading.record import write_json, write_table
 from sdc_workshop.grading.rubric import PACKAGED, load_rubric
 from sdc_workshop.grading.summary import ranked, write_csv, write_pages
-from sdc_workshop.steps import LABS, WORKSHOP, load_steps
+from sdc_workshop.steps import load_steps
 from sdc_workshop.workspace import PROJECT
 
 _SETTINGS = "grading.json"
-_TYPES = {"Path": Path, "float": float, "int": int, "str": str}
 # No student's folder has the name of a file of the summary.
 FILES = (_SETTINGS, "grades.csv", "grades.html", "moodle.csv", "canvas.csv", "copies.csv")
-
-DESCRIPTION = """Check every student's workspace, each with its own ROS master and time limit,
-without writing into it. A DIR is a workspace, or a folder that contains workspaces. The summary
-(grades.csv and grades.html) and each student's logs and report are written into one folder."""
-
-
-def parse(arguments: Sequence[str]) -> argparse.Namespace:
-    """Parse the command line."""
-    parser = argparse.ArgumentParser(prog="./workshop/grade", description=DESCRIPTION)
-    parser.add_argument("folders", nargs="+", metavar="DIR", type=Path)
-    parser.add_argument(
-        "--lab", choices=sorted(LABS), default=WORKSHOP, help="grade a lab instead of the workshop"
-    )
-    rows = yaml.safe_load(Path(__file__).with_name("options.yaml").read_text(encoding="utf-8"))
-    for name, row in rows.items():
-        parser.add_argument(name, **{**row, "type": _TYPES[row["type"]]})
-    # A check waits for its nodes about a third of its time.
-    parser.set_defaults(jobs=(os.cpu_count() or 1) + 1, rubric=PACKAGED)
-    parser.add_argument(
-        "--no-sandbox",
-        action="store_true",
-        help="run the students' programs with your permissions, on your network and your files",
-    )
-    options = parser.parse_args(arguments)
-    if options.limit <= 0.0 or options.jobs < 1 or (options.seed or 0) < 0:
-        parser.error("--limit and --jobs must be positive, and --seed not negative")
-    return options
 
 
 def main(arguments: Sequence[str]) -> int:
     """Run the command; return 0 when all folders could be graded."""
-    options = parse(arguments)
     try:
-        grades = grade_class(options, options.output.absolute())
-    except (ClusterError, DocumentError, HandedInError, SandboxError) as error:
+        options = parse("workshop/grade", arguments)
+        grades = grade_class(options, Path(options.output).absolute())
+    except (ClusterError, DocumentError, HandedInError, SandboxError, WordError) as error:
         print(f"grade: {error}", file=sys.stderr)
         return 2
     except OSError as error:
@@ -82,15 +53,15 @@ def main(arguments: Sequence[str]) -> int:
     return 0 if not any(found.note or found.contained for found in grades) else 1
 
 
-def grade_class(options: argparse.Namespace, output: Path) -> list:
+def grade_class(options: SimpleNamespace, output: Path) -> list:
     """Grade all students, write the summary into a folder, and return the grades."""
-    named = names(submissions(options.folders, output, options.lab), FILES)
+    named = names(submissions(map(Path, options.dir), output, options.lab), FILES)
     for folder in named:
         if output == folder or folder in output.parents:
             raise HandedInError(
                 f"{output} is in {folder}, a student's folder; name another one with --output"
             )
-    rubric = load_rubric(options.rubric, named.values())
+    rubric = load_rubric(Path(options.rubric or PACKAGED), named.values())
     output.mkdir(parents=True, exist_ok=True)
     seed = class_seed(output, options.seed)
     jobs = []
@@ -146,7 +117,7 @@ def class_seed(output: Path, given: int | None) -> int:
     return seed
 
 
-def grade_here(jobs: list, output: Path, options: argparse.Namespace) -> Iterator[Grade]:
+def grade_here(jobs: list, output: Path, options: SimpleNamespace) -> Iterator[Grade]:
     """Grade workspaces on this machine and yield each grade as soon as it is known.
 
     Raises:
@@ -156,7 +127,8 @@ def grade_here(jobs: list, output: Path, options: argparse.Namespace) -> Iterato
         require()
     stop = threading.Event()
     waiting: list = []
-    with ThreadPoolExecutor(options.jobs) as pool:
+    # A check waits for its nodes about a third of its time.
+    with ThreadPoolExecutor(options.jobs or (os.cpu_count() or 1) + 1) as pool:
         try:
             for name, folder, conditions in jobs:
                 conditions = replace(conditions, stopped=stop.is_set)

@@ -9,22 +9,21 @@ import hashlib
 import json
 import math
 import os
-import re
 import subprocess
 import sys
 import time
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 import rospkg
 from scipy import stats
 
-from sdc_common.validation import suggestion
-from sdc_experiments.championship import command as championship
 from sdc_experiments.championship.attempt import write_page
 from sdc_experiments.closed_loop import drive_result
+from sdc_experiments.commands import parse
 from sdc_experiments.sweep.cell_drive import code_version, worker_problem
 from sdc_experiments.sweep.dask_engine import ClusterError, DaskEngine
 from sdc_experiments.sweep.progress import SweepProgress
@@ -35,16 +34,6 @@ from sdc_map.network_file import load_network
 from sdc_sim.evaluation.drive_evaluation import OBSTACLES, DriveEvaluation
 from sdc_sim.scenario.street_scenarios import Placement, of_map, types
 
-OPTIONS = {
-    "seeds": "20",  # 1 to 20, or the first and the last one
-    "naive": "3",  # of these, so many first ones for the naive drivers
-    "map": "town",
-    "behaviour": "true",  # false: our car decides nothing on streets
-    "stack": "",  # the nodes that drive through ROS, in place of our car in the library
-    "workspace": "",  # that of the stack
-    "report": "report/scenarios.html",
-    "scheduler": "",
-}
 OWN, NAIVE = "own", "naive"
 # A driver passes a type if more of its drives succeed.
 _PASSES_PERCENT = 50.0
@@ -53,29 +42,11 @@ _WORST, _SCENE_TICKS = 10, 10
 _NEAR_M, _S_M = 80.0, np.arange(0.0, 5000.0, 5.0)
 
 
-def options_of(arguments: Sequence[str]) -> tuple[dict[str, str], list[str]]:
-    """Return the options and the types of a command line.
-
-    Raises:
-        ValueError: an argument is not valid; the message is one line
-    """
-    options, names = championship.options_of(arguments, OPTIONS)
-    for name in names:
-        if name not in types():
-            fix = suggestion(name, types(), "./scenarios --list prints the types")
-            raise ValueError(f"unknown type '{name}'; {fix}")
-    if not re.fullmatch(r"(\d+-)?\d+", options["seeds"]) or not _seeds(options["seeds"]):
-        raise ValueError(f"seeds:={options['seeds']}: must be a number, or FIRST-LAST")
-    if not options["naive"].isdecimal():
-        raise ValueError(f"naive:={options['naive']}: must be a number")
-    if options["behaviour"] not in ("true", "false"):
-        raise ValueError(f"behaviour:={options['behaviour']}: must be true or false")
-    return options, names or list(types())
-
-
 def _seeds(text: str) -> range:
     first, _, last = text.rpartition("-")
-    return range(int(first or 1), int(last) + 1)
+    if not (found := range(int(first or 1), int(last) + 1)):
+        raise ValueError(f"seeds:={text}: must be a number, or FIRST-LAST")
+    return found
 
 
 def drive(name: str, path: str, seed: int, lacking: str) -> tuple[Placement, DriveEvaluation]:
@@ -104,11 +75,11 @@ def drive_row(name: str, path: str, seed: int, lacking: str, driver: str) -> dic
     return row_of(name, seed, driver, placed.limit_s, result.metrics, trace)
 
 
-def drive_nodes(name: str, path: str, seed: int, options: Mapping[str, str]) -> dict[str, Any]:
+def drive_nodes(name: str, path: str, seed: int, options: SimpleNamespace) -> dict[str, Any]:
     """Drive a type with the nodes of a package through ROS, and return its row of the results."""
-    report = Path(options["report"]).absolute().with_name(f"{name}_{seed}.json")
+    report = Path(options.report).absolute().with_name(f"{name}_{seed}.json")
     command = [str(Path(rospkg.RosPack().get_path("sdc_experiments")).parents[2] / "drive")]
-    command += [f"{one}:={options[one]}" for one in ("map", "stack", "workspace")]
+    command += [f"{one}:={vars(options)[one]}" for one in ("map", "stack", "workspace")]
     command += [f"sim_options:={{street_scenario: {name}}}", f"report:={report}", f"seed:={seed}"]
     command += ["sync:=true", "headless:=true", "camera:=false"]
     with open(report.with_suffix(".log"), "w", encoding="utf-8") as log:
@@ -116,7 +87,7 @@ def drive_nodes(name: str, path: str, seed: int, options: Mapping[str, str]) -> 
     if not report.exists():
         raise ValueError(f"{name}, seed {seed}: the drive wrote no report; see {log.name}")
     metrics, trace = json.loads(report.read_text()), report.with_suffix(".csv").read_bytes()
-    return row_of(name, seed, options["stack"], of_map(path, name, seed).limit_s, metrics, trace)
+    return row_of(name, seed, options.stack, of_map(path, name, seed).limit_s, metrics, trace)
 
 
 def row_of(name: str, seed: int, driver: str, limit_s: float, metrics: dict, trace: bytes) -> dict:
@@ -231,22 +202,22 @@ def _results(engine: DaskEngine, problems: list, function: Callable, drives: Ite
     return [found[key] for key in tasks if found.get(key)]
 
 
-def run(arguments: Sequence[str]) -> int:
+def run(options: SimpleNamespace) -> int:
     """Drive, write the results, and return the exit status.
 
     Raises:
         ValueError, ClusterError, OSError: the drives cannot start; the message is one line
     """
-    options, names = options_of(arguments)
-    path, page, table = map_file(options["map"]), Path(options["report"]).absolute(), types()
+    path, page, table = map_file(options.map), Path(options.report).absolute(), types()
     load_network(path)
     page.parent.mkdir(parents=True, exist_ok=True)
-    is_stack, lacking = options["stack"], "" if options["behaviour"] == "true" else "signs"
-    seeds, cores = _seeds(options["seeds"]), len(os.sched_getaffinity(0))
+    is_stack, lacking = options.stack, "" if options.behaviour else "signs"
+    names, seeds = options.type or list(table), _seeds(options.seeds)
+    cores = len(os.sched_getaffinity(0))
     places = [(name, path, seed) for name in names for seed in seeds]
-    others = [(name, path, seed) for name in names for seed in seeds[: int(options["naive"])]]
+    others = [(name, path, seed) for name in names for seed in seeds[: options.naive]]
     problems: list[str] = []
-    with DaskEngine(options["scheduler"], cores) as engine:
+    with DaskEngine(options.scheduler, cores) as engine:
         engine.check(worker_problem, code_version(), [path])
         results = partial(_results, engine, problems)
         began_s = time.monotonic()
@@ -282,12 +253,11 @@ def run(arguments: Sequence[str]) -> int:
 
 def main() -> None:
     """Run the command and exit."""
-    if "--list" in sys.argv:
-        for name, row in types().items():
-            print(f"{name}: {row['about']} ({', '.join(row['abilities']) or '-'})")
-        return
     try:
-        sys.exit(run(sys.argv[1:]))
+        options = parse("scenarios", sys.argv[1:])
+        for name, row in types().items() if options.list else ():
+            print(f"{name}: {row['about']} ({', '.join(row['abilities']) or '-'})")
+        sys.exit(0 if options.list else run(options))
     except KeyboardInterrupt:
         sys.exit(130)
     except (ValueError, ClusterError, OSError) as error:

@@ -5,45 +5,26 @@ from __future__ import annotations
 import importlib
 import sys
 
-from sdc_common.validation import suggestion
+from sdc_experiments.commands import parse
 from sdc_experiments.sandbox import SandboxError
 from sdc_experiments.sweep.dask_engine import ClusterError
 
-# The module of each command, whose function `run` gets its arguments and returns the exit status,
-# and its usage.
+# The module and function of each command, which gets its arguments and returns the exit status.
 COMMANDS = {
-    "new": ("attempt:new", "FILE.py"),
-    "try": (
-        "attempt:run",
-        "FILE.py|--stack FILE.launch [workspace:=FOLDER] [league:=control|driving|traffic] "
-        "[drives:=200] [seeds:=FIRST-LAST] [replay:=FILE.json] [sandbox:=false] "
-        "[report:=report/championship] [--scheduler tcp://HOST:PORT]",
-    ),
-    "round": (
-        "rounds:run",
-        "FOLDER [league:=control] [drives:=200] [baselines:=false] [reveal:=false] "
-        "[secret:=HEX] [--scheduler tcp://HOST:PORT]",
-    ),
-    "race": (
-        "race:run",
-        "A.py B.py [C.py ...] [seed:=1] [replay:=FILE.json] [sandbox:=false] [report:=report/race]",
-    ),
-    "baselines": ("attempt:drive_baselines", "[league:=control] [drives:=200] [NAME ...]"),
+    "new": "attempt:new",
+    "try": "attempt:run",
+    "round": "rounds:run",
+    "race": "race:run",
+    "baselines": "attempt:drive_baselines",
 }
 
 
 def main() -> int:
     """Run the command line and return the exit status."""
-    name, arguments = (sys.argv[1:2] or ["--help"])[0], sys.argv[2:]
-    if name in ("-h", "--help") or "--help" in arguments:
-        print("\n".join(f"./championship {one} {usage}" for one, (_, usage) in COMMANDS.items()))
-        return 0
     try:
-        if name not in COMMANDS:
-            fix = suggestion(name, COMMANDS, "./championship --help lists the commands")
-            raise ValueError(f"unknown command '{name}'; {fix}")
-        module, _, function = COMMANDS[name][0].partition(":")
-        return getattr(importlib.import_module(f"{__package__}.{module}"), function)(arguments)
+        options = parse("championship", sys.argv[1:])
+        module, _, function = COMMANDS[options.command.split()[1]].partition(":")
+        return getattr(importlib.import_module(f"{__package__}.{module}"), function)(options)
     except KeyboardInterrupt:
         return 130
     except OSError as error:

@@ -6,18 +6,17 @@ import contextlib
 import json
 import math
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Mapping, Sequence
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from sdc_common.validation import suggestion
 from sdc_experiments.championship.command import (
     BASELINES,
     FAST,
     baseline,
     cores,
     graded,
-    options_of,
     result_of,
     seeds_of,
     source_of,
@@ -30,17 +29,6 @@ from sdc_experiments.championship.stack import drive_stack
 from sdc_experiments.sweep.dask_engine import DaskEngine
 from sdc_experiments.sweep.statistics import estimate
 
-OPTIONS = {
-    "league": "control",
-    "drives": "200",
-    "seeds": "",
-    "replay": "",  # results of an earlier run, whose late steps are repeated
-    "sandbox": "true",
-    "stack": "",
-    "workspace": "",  # that of the stack
-    "report": "report/championship",
-    "scheduler": "",
-}
 # Scores of the baselines by league, name and public seed.
 STORED = Path(__file__).with_name("baselines.json")
 _NEW = '''"""A driver for ./championship: pure pursuit (Coulter, CMU-RI-TR-92-01) with our car."""
@@ -60,17 +48,17 @@ class Driver:
 '''
 
 
-def new(arguments: Sequence[str]) -> int:
+def new(options: SimpleNamespace) -> int:
     """Write a driver into a new file."""
-    _, words = options_of(arguments, {})
-    if len(words) != 1 or not words[0].endswith(".py"):
+    path = options.file
+    if not path.endswith(".py"):
         raise ValueError("new: name one file, such as ./championship new my_driver.py")
     try:
-        with open(words[0], "x", encoding="utf-8") as file:
+        with open(path, "x", encoding="utf-8") as file:
             file.write(_NEW)
     except FileExistsError:
-        raise ValueError(f"{words[0]}: exists already; name another file") from None
-    print(f"championship: wrote {words[0]}; drive it with ./championship try {words[0]}")
+        raise ValueError(f"{path}: exists already; name another file") from None
+    print(f"championship: wrote {path}; drive it with ./championship try {path}")
     return 0
 
 
@@ -83,36 +71,35 @@ def stored(league: str, seeds: Sequence[str]) -> dict[str, float]:
     return found
 
 
-def run(arguments: Sequence[str]) -> int:
-    """Drive a driver on public seeds, print its score and write the page; see OPTIONS."""
-    options, words = options_of(arguments, OPTIONS)
-    stack = options["stack"]
-    if len(words) != (0 if stack else 1):
+def run(options: SimpleNamespace) -> int:
+    """Drive a driver on public seeds, print its score and write the page."""
+    stack = options.stack
+    if bool(stack) == bool(options.file):
         raise ValueError("try: name one driver, such as ./championship try my_driver.py")
-    path, seeds, league = Path(stack or words[0]), seeds_of(options), options["league"]
-    source, sandboxed = "" if stack else source_of(path), options["sandbox"] != "false"
+    path, seeds, league = Path(stack or options.file), seeds_of(options), options.league
+    source = "" if stack else source_of(path)
     late: Mapping[str, list] = {}
-    if options["replay"]:
-        earlier = json.loads(Path(options["replay"]).read_text(encoding="utf-8"))
+    if options.replay:
+        earlier = json.loads(Path(options.replay).read_text(encoding="utf-8"))
         late = {row["seed"]: row["late"] for row in earlier["rows"]}
         seeds, league = list(late), earlier["league"]
     with contextlib.ExitStack() as opened:
         if stack:
-            nodes = stack, options["workspace"], league
+            nodes = stack, options.workspace, league
             drivers: dict[str, Any] = {seed: drive_stack(*nodes, seed) for seed in seeds}
             rows = [drive_seed(drivers[seed], league, seed) for seed in seeds]
             result = result_of(path.stem, league, rows)
         else:
-            with DaskEngine(options["scheduler"], cores()) as engine:
+            with DaskEngine(options.scheduler, cores()) as engine:
                 entries = {path.stem: source}
-                result = [*graded(engine, entries, league, seeds, sandboxed, late)][0]
-            server = opened.enter_context(DriverServer(source, sandboxed, streets_of(league)))
+                result = [*graded(engine, entries, league, seeds, options.sandbox, late)][0]
+            server = opened.enter_context(DriverServer(source, options.sandbox, streets_of(league)))
             drivers = dict.fromkeys(seeds, server)
         worst = worst_of(result)
         shown = page_of(drivers[worst["seed"]], league, worst)
     others = stored(league, seeds)
     table = sorted([*others.items(), (path.stem, result["score"])], key=lambda one: -one[1])
-    folder = Path(options["report"])
+    folder = Path(options.report)
     folder.mkdir(parents=True, exist_ok=True)
     record, page = (folder / f"{path.stem}{ending}" for ending in (".json", ".html"))
     record.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
@@ -163,17 +150,13 @@ def write_page(page: Path, template: str = "championship.html.jinja", **shown: A
     page.write_text(environment.get_template(template).render(shown), encoding="utf-8")
 
 
-def drive_baselines(arguments: Sequence[str]) -> int:
+def drive_baselines(options: SimpleNamespace) -> int:
     """Drive baselines on public seeds, and store their scores."""
-    options, names = options_of(arguments, {"league": "control", "drives": "200", "scheduler": ""})
-    league, seeds = options["league"], seeds_of(options)
+    league, seeds = options.league, seeds_of(options)
     found = json.loads(STORED.read_text(encoding="utf-8"))
-    for name in set(names) - set(BASELINES):
-        fix = suggestion(name, BASELINES, f"use one of {', '.join(BASELINES)}")
-        raise ValueError(f"unknown baseline '{name}'; {fix}")
-    entries = {name: baseline(name) for name in names or FAST}
+    entries = {name: baseline(name) for name in options.name or FAST}
     failed = False
-    with DaskEngine(options["scheduler"], cores()) as engine:
+    with DaskEngine(options.scheduler, cores()) as engine:
         for result in graded(engine, entries, league, seeds):
             failed = failed or bool(result["problems"])
             if not result["problems"]:  # such as a solver that is not installed

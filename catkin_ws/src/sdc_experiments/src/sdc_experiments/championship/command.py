@@ -1,20 +1,19 @@
-"""Command lines of ./championship, and many drives of one driver."""
+"""Many drives of one driver, and what all commands of ./championship share."""
 
 from __future__ import annotations
 
 import os
-import re
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Iterator, Mapping, Sequence
 
 import numpy as np
 import rospkg
 
-from sdc_common.validation import suggestion
 from sdc_experiments.championship.drive import drive_seed
 from sdc_experiments.championship.driver_process import MAX_SOURCE, DriverServer
-from sdc_experiments.championship.league import LEAGUES, TABLE, streets_of
+from sdc_experiments.championship.league import TABLE, streets_of
 from sdc_experiments.sweep.dask_engine import DaskEngine
 from sdc_experiments.sweep.progress import SweepProgress
 from sdc_experiments.sweep.statistics import estimate
@@ -28,35 +27,9 @@ _STEERING = """class Driver:
 """
 
 
-def options_of(
-    arguments: Sequence[str], known: Mapping[str, str]
-) -> tuple[dict[str, str], list[str]]:
-    """Return the options of a command line, with defaults, and its other words.
-
-    Raises:
-        ValueError: an argument is not valid; the message is one line
-    """
-    options, words, left = dict(known), [], iter(arguments)
-    for word in left:
-        word = f"{word[2:]}:={next(left, '')}" if word.startswith("--") else word
-        name, is_option, value = word.partition(":=")
-        if is_option and name not in known:
-            raise ValueError(f"unknown argument '{word}'; {suggestion(name, known, 'see --help')}")
-        if is_option:
-            options[name] = value
-        else:
-            words.append(word)
-    if options.get("league", "control") not in LEAGUES:
-        fix = suggestion(options["league"], LEAGUES, f"use one of {', '.join(LEAGUES)}")
-        raise ValueError(f"league:={options['league']}: unknown league; {fix}")
-    return options, words
-
-
-def seeds_of(options: Mapping[str, str]) -> list[str]:
-    """Return the public seeds of `drives` or `seeds`."""
-    text = options.get("seeds") or f"1-{options['drives']}"
-    if not re.fullmatch(r"(\d{1,9}-)?\d{1,9}", text):
-        raise ValueError(f"seeds:={text}: must be a number, or FIRST-LAST")
+def seeds_of(options: SimpleNamespace) -> list[str]:
+    """Return the public seeds of `seeds`, or of `drives` without it."""
+    text = getattr(options, "seeds", "") or f"1-{options.drives}"
     first, _, last = text.rpartition("-")
     found = [*map(str, range(int(first or last), int(last) + 1))]
     if not found:

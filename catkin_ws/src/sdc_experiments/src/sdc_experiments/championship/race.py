@@ -6,12 +6,13 @@ import contextlib
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Mapping, Sequence
+from types import SimpleNamespace
+from typing import Any, Mapping
 
 import numpy as np
 
 from sdc_experiments.championship.attempt import write_page
-from sdc_experiments.championship.command import options_of, source_of
+from sdc_experiments.championship.command import source_of
 from sdc_experiments.championship.drive import TimedDriver, TrueRecorder, row_of
 from sdc_experiments.championship.driver_process import DriverError, DriverServer
 from sdc_experiments.championship.league import draw, generator
@@ -24,7 +25,6 @@ from sdc_sim.scenario.drive_setup import drive_setup
 from sdc_sim.scenario.packaged import overridden
 from sdc_sim.simulation import shared_world
 
-OPTIONS = {"seed": "1", "replay": "", "sandbox": "true", "report": "report/race"}
 _ROUTE = {"length_m": 600.0, "least_radius_m": 12.0}
 _SHOWN_TICKS = 2  # of so many ticks, the page shows one
 
@@ -85,42 +85,41 @@ def _rank(row: Mapping[str, Any]) -> tuple:
     return not arrived, row["duration_s"] if arrived else -row["way_m"], row["driver"]
 
 
-def run(arguments: Sequence[str]) -> int:
-    """Let drivers race, print the result and write the page; see OPTIONS."""
-    options, words = options_of(arguments, OPTIONS)
-    paths = [Path(word) for word in words]
+def run(options: SimpleNamespace) -> int:
+    """Let drivers race, print the result and write the page."""
+    paths = [*map(Path, options.file)]
     if not 2 <= len(paths) <= shared_world.MOST_CARS or {one.suffix for one in paths} != {".py"}:
         raise ValueError("race: name two to eight drivers, such as ./championship race A.py B.py")
     names = [
         f"{path.stem}-{at}" if path.stem in {one.stem for one in paths[:at]} else path.stem
         for at, path in enumerate(paths)
     ]
-    late = None
-    if options["replay"]:
-        earlier = json.loads(Path(options["replay"]).read_text(encoding="utf-8"))
-        options["seed"] = earlier["seed"]
+    late, seed = None, options.seed
+    if options.replay:
+        earlier = json.loads(Path(options.replay).read_text(encoding="utf-8"))
+        seed = earlier["seed"]
         late = {row["driver"]: row["late"] for row in earlier["rows"]}
         if set(late) != set(names):
             raise ValueError(
-                f"replay: the drivers must be those of {options['replay']}: {', '.join(late)}"
+                f"replay: the drivers must be those of {options.replay}: {', '.join(late)}"
             )
     with contextlib.ExitStack() as stack:
         servers = {
-            name: stack.enter_context(DriverServer(source_of(path), options["sandbox"] != "false"))
+            name: stack.enter_context(DriverServer(source_of(path), options.sandbox))
             for name, path in zip(names, paths)
         }
-        rows, route_m = drive_race(servers, options["seed"], late)
-    page = Path(options["report"]).with_suffix(".html")
+        rows, route_m = drive_race(servers, seed, late)
+    page = Path(options.report).with_suffix(".html")
     page.parent.mkdir(parents=True, exist_ok=True)
     kept = [{key: row[key] for key in row if key != "track"} for row in rows]
-    text = json.dumps({"seed": options["seed"], "rows": kept}, indent=1)
+    text = json.dumps({"seed": seed, "rows": kept}, indent=1)
     page.with_suffix(".json").write_text(text + "\n", encoding="utf-8")
     data = {
         "step_s": 0.05 * _SHOWN_TICKS,
         "route": route_m[::2].round(2).tolist(),
         "tracks": [row["track"] for row in rows],
     }
-    write_page(page, "race.html.jinja", rows=kept, seed=options["seed"], data=data)
+    write_page(page, "race.html.jinja", rows=kept, seed=seed, data=data)
     for place, row in enumerate(rows, 1):
         end = f"{row['status'].replace('_', ' ')} after {row['way_m']:.0f} m and "
         end = f"{'' if row['status'] == COMPLETED else end}{row['duration_s']:.2f} s"
@@ -128,5 +127,5 @@ def run(arguments: Sequence[str]) -> int:
         for text in filter(None, (row["problem"], *row["refused"])):
             print(f"race: {row['driver']}: {text}")
     won = rows[0]["driver"] if rows[0]["status"] == COMPLETED else "no driver"
-    print(f"championship: race: {won} of {len(rows)} wins on seed {options['seed']}; see {page}")
+    print(f"championship: race: {won} of {len(rows)} wins on seed {seed}; see {page}")
     return 1 if any(row["problem"] or row["refused"] for row in rows) else 0

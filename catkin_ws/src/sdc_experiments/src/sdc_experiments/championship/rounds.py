@@ -10,7 +10,8 @@ import os
 import re
 import secrets
 from pathlib import Path
-from typing import Any, Mapping, Sequence
+from types import SimpleNamespace
+from typing import Any, Mapping
 
 from sdc_experiments.championship import command
 from sdc_experiments.championship.attempt import page_of, write_page
@@ -20,28 +21,17 @@ from sdc_experiments.sandbox import SandboxError
 from sdc_experiments.sweep.cell_drive import code_version, worker_problem
 from sdc_experiments.sweep.dask_engine import DaskEngine
 
-OPTIONS = {
-    "league": "control",
-    "drives": "200",
-    "baselines": "true",
-    "secret": "",  # of a round that is repeated to check it; empty: draw one
-    "reveal": "true",  # false: keep the secret, until the round runs again
-    "scheduler": "",
-}
 _ROUND, _SECRET, _RESULTS, _SITE = "round.json", "secret", "results", "site"
 _PAGES = {"index.html": "round.html", "feed.xml": "feed.xml"}
 # A name is a file name and part of an address.
 _NAME = re.compile(r"\w[\w-]{0,60}")
 
 
-def run(arguments: Sequence[str]) -> int:
+def run(options: SimpleNamespace) -> int:
     """Grade the drivers of a folder, write the site, and return the exit status."""
-    options, words = command.options_of(arguments, OPTIONS)
-    if len(words) != 1 or not Path(words[0]).is_dir():
-        raise ValueError("round: name the folder with the drivers, one file each")
-    folder = Path(words[0])
+    folder = Path(options.folder)
     about = opened(folder, options)
-    entries = entries_of(folder, options["baselines"] == "true")
+    entries = entries_of(folder, options.baselines)
     missing = [name for name, source in entries.items() if not _result(folder, about, name, source)]
     if missing and about.get("secret"):
         raise ValueError(
@@ -51,7 +41,7 @@ def run(arguments: Sequence[str]) -> int:
     print(f"championship: the secret of the seeds has the SHA-256 {about['secret_sha256']}")
     _write_site(folder, about, {})
     secret = (folder / _SECRET).read_text(encoding="utf-8")
-    with DaskEngine(options["scheduler"], command.cores()) as engine:
+    with DaskEngine(options.scheduler, command.cores()) as engine:
         if missing:
             engine.check(_worker_problem, code_version())
         (folder / _RESULTS).mkdir(exist_ok=True)
@@ -60,7 +50,7 @@ def run(arguments: Sequence[str]) -> int:
         for one in command.graded(engine, left, about["league"], seeds):
             key = {"finished": _now(), "key": _key(about, left[one["name"]])}
             _write(folder / _RESULTS / f"{one['name']}.json", {**key, **one})
-    if options["reveal"] == "true":
+    if options.reveal:
         about["secret"] = secret
         _write(folder / _ROUND, about)
     results = {name: _result(folder, about, name, source) for name, source in entries.items()}
@@ -73,16 +63,14 @@ def run(arguments: Sequence[str]) -> int:
     return 0
 
 
-def opened(folder: Path, options: Mapping[str, str]) -> dict[str, Any]:
+def opened(folder: Path, options: SimpleNamespace) -> dict[str, Any]:
     """Return what the folder says about its round, which the first run writes.
 
     Raises:
         ValueError: an option is not that of the round
     """
     path = folder / _ROUND
-    if not options["drives"].isdecimal() or int(options["drives"]) < 1:
-        raise ValueError(f"drives:={options['drives']}: must be a number of at least 1")
-    given = {"league": options["league"], "drives": int(options["drives"])}
+    given = {"league": options.league, "drives": options.drives}
     if path.is_file():
         about = json.loads(path.read_text(encoding="utf-8"))
         for name, value in given.items():
@@ -90,7 +78,7 @@ def opened(folder: Path, options: Mapping[str, str]) -> dict[str, Any]:
                 text = f"the round of this folder has {name}:={about[name]}, not {value}"
                 raise ValueError(f"{folder}: {text}; use a new folder for another round")
         return about
-    secret = options["secret"] or secrets.token_hex(32)
+    secret = options.secret or secrets.token_hex(32)
     file = os.open(folder / _SECRET, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
     with open(file, "w", encoding="utf-8") as stream:
         stream.write(secret)
