@@ -24,7 +24,7 @@ from std_srvs.srv import Trigger
 
 from sdc_cockpit import protocol, server
 from sdc_cockpit.access import Access, is_loopback, new_token
-from sdc_cockpit.drive_arguments import drive_arguments
+from sdc_cockpit.drive_arguments import drive_arguments, form_fields
 from sdc_cockpit.drive_runner import DriveRunner
 from sdc_cockpit.drive_view import EGO, DriveView
 from sdc_cockpit.driving import PERSON, STACK, RemoteDriving
@@ -38,7 +38,6 @@ from sdc_common.ros.drive_master import running_node
 from sdc_common.ros.node import LoopPublisher, parameter, refuse, spin_with
 from sdc_common.ros.refusal import refusing
 from sdc_common.validation import check_positive
-from sdc_package.steering.loader import METHODS
 from sdc_sim.manual_control.keyboard import KeyboardControlRates
 from sdc_sim.scenario.packaged import folder_of
 
@@ -186,8 +185,7 @@ class Cockpit:
                 viewer=viewer.number,
                 full_speed=self.full_speed_mps,
                 log=self.log.all(),
-                scenarios=self.scenarios,
-                methods=list(METHODS),
+                fields={"scenario": {"enum": self.scenarios}, **form_fields()},
             )
         )
         self.executor.submit(self.send_drives)

@@ -10,6 +10,7 @@ import pytest
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
+from sdc_cockpit.drive_arguments import form_fields
 from sdc_testing.chromium import LIMIT_S, headless_chromium, resize, value_of, wait_for
 
 pytestmark = pytest.mark.slow(40)
@@ -153,6 +154,11 @@ def test_start_comes_first_and_a_stopped_drive_is_shown_as_past(standing_cockpit
         wait_for(browser, "!document.getElementById('start-now').hidden")
         shown = buttons(browser)
         assert next(iter(shown)) == "Start"
+        speed = "document.querySelector('#start-form [name=planned_speed_mps]')"
+        row = form_fields()["planned_speed_mps"]
+        limits = [value_of(browser, f"{speed}.{limit}") for limit in ("min", "max", "title")]
+        assert limits == [str(row["minimum"]), str(row["maximum"]), row["about"]]
+        assert "Friction" in browser.find_element("id", "start-form").text
         assert {text for text, has_effect in shown.items() if not has_effect} == without_effect
         browser.find_element("id", "start-now").click()
         wait_for(browser, "cockpit.state.speed > 1")

@@ -4,8 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdc_cockpit.drive_arguments import drive_arguments
-from sdc_cockpit.protocol import page_schemas
+from sdc_cockpit.drive_arguments import drive_arguments, form_fields
 
 SCENARIOS = ["oval", "town"]
 VALUES = (
@@ -17,7 +16,7 @@ VALUES = (
     | st.sampled_from(["stanley", "$(eval 1)", "my_module:MySteering", "1 --screen"])
     | st.lists(st.integers(), max_size=2)
 )
-NAMES = st.sampled_from([*page_schemas()["drive"], "stack"])
+NAMES = st.sampled_from([*form_fields(), "stack"])
 
 
 def test_chosen_values_become_arguments():
@@ -35,7 +34,8 @@ def test_chosen_values_become_arguments():
         "camera:=false",
         "steering_method:=lqr",
         "planned_speed_mps:=7.5",
-        'sim_options:={"friction": 0.6, "seed": 7}',
+        "seed:=7",
+        'sim_options:={"friction": 0.6}',
     ]
     assert drive_arguments("", {}, SCENARIOS) == []
 

@@ -37,10 +37,13 @@ export class Drives {
     set($("drive-state"), "textContent", this.#running ? `${this.#running} runs${share}` : "none runs");
   }
 
-  #choices({ scenarios, methods }) {
-    const { scenario, steering_method: method } = $("start-form").elements;
-    for (const [list, names] of [[scenario, scenarios], [method, methods]]) {
-      list.replaceChildren(list.options[0], ...names.map((name) => new Option(name.replaceAll("_", " "), name)));
+  // Choices, ranges and sentences are those of the table of ./drive's arguments.
+  #choices({ fields }) {
+    for (const [name, { about, enum: names, minimum, maximum }] of Object.entries(fields)) {
+      const input = $("start-form").elements[name];
+      if (!input) continue;
+      Object.assign(input, { title: about ?? "" }, names ? {} : { min: minimum ?? "", max: maximum ?? "" });
+      if (names) input.replaceChildren(input.options[0], ...names.map((one) => new Option(one.replaceAll("_", " "), one)));
     }
   }
 

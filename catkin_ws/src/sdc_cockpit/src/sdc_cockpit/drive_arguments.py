@@ -1,14 +1,26 @@
-"""The arguments of ./drive that a page may choose; config/page.yaml has what each value may be."""
+"""The arguments of ./drive that a page may choose, from the table of all commands."""
 
 from __future__ import annotations
 
+import functools
 import json
+from pathlib import Path
 from typing import Any, Collection, Mapping
 
 from sdc_cockpit.protocol import check_fields, page_schemas
-from sdc_package.steering.loader import METHODS
+from sdc_sim.scenario.packaged import package_folder
 
-_SIM_OPTIONS = ("friction", "side_wind_mps", "seed")
+# What JSON schema calls as the table of commands does.
+_SCHEMA = ("type", "minimum", "maximum")
+
+
+@functools.lru_cache(maxsize=None)
+def form_fields() -> dict[str, dict[str, Any]]:
+    """Return the rows of the table, with type, range and sentence, and the options of the sim."""
+    path = Path(package_folder("sdc_common"), "data", "commands.json")
+    rows = json.loads(path.read_text(encoding="utf-8"))["drive"]["arguments"]
+    chosen = {name: rows[name] for name in page_schemas()["drive"]}
+    return {**chosen, **page_schemas()["sim_options"]}
 
 
 def drive_arguments(
@@ -25,13 +37,12 @@ def drive_arguments(
         ValueError: a name is unknown or a value is not allowed
     """
     chosen: dict[str, Any] = {**({"scenario": scenario} if scenario else {}), **values}
-    fields = {
-        "scenario": {"enum": sorted(scenarios)},
-        **page_schemas()["drive"],
-        "steering_method": {"enum": sorted(METHODS)},
-    }
+    fields: dict[str, Any] = {"scenario": {"enum": sorted(scenarios)}}
+    for name, row in form_fields().items():
+        keys = ("enum",) if "enum" in row else _SCHEMA
+        fields[name] = {key: row[key] for key in keys if key in row}
     check_fields("arguments", chosen, fields, ())
-    options = {name: chosen.pop(name) for name in _SIM_OPTIONS if name in chosen}
+    options = {name: chosen.pop(name) for name in page_schemas()["sim_options"] if name in chosen}
     if options:
         chosen["sim_options"] = options
     return [

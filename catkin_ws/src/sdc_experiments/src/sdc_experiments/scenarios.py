@@ -189,10 +189,12 @@ def write(page: Path, rows: Sequence[Mapping], result: Mapping, **shown: Any) ->
     write_page(page, "scenarios.html.jinja", result=result, table=types(), **shown)
 
 
-def _results(engine: DaskEngine, problems: list, function: Callable, drives: Iterable) -> list:
+def _results(
+    engine: DaskEngine, problems: list, things: str, function: Callable, drives: Iterable
+) -> list:
     """Return what a function returns for each drive, and add what it raises to the problems."""
     tasks, found = {" ".join(map(str, one)): one for one in drives}, {}
-    progress = SweepProgress(sys.stdout, len(tasks), 0, "scenarios")
+    progress = SweepProgress(sys.stdout, len(tasks), 0, "scenarios", things)
     for outcome in engine.outcomes(function, tasks.items()):
         progress.add(bool(outcome.error))
         found[outcome.key] = outcome.result
@@ -222,19 +224,22 @@ def run(options: SimpleNamespace) -> int:
         results = partial(_results, engine, problems)
         began_s = time.monotonic()
         own = () if is_stack else [(*one, lacking, OWN) for one in places]
-        rows = [drive_nodes(*one, options) for one in places if is_stack] or results(drive_row, own)
+        rows = [drive_nodes(*one, options) for one in places if is_stack]
+        rows = rows or results("drives", drive_row, own)
         if not rows:
             raise ValueError(problems[0])
         driven = sorted(rows, key=lambda row: (row["success"], row["driving_score"]))[:_WORST]
         if not lacking:
-            rows += results(drive_row, [(*one, table[one[0]]["naive"], NAIVE) for one in others])
+            naive = [(*one, table[one[0]]["naive"], NAIVE) for one in others]
+            rows += results("naive drives", drive_row, naive)
         took_s, result = time.monotonic() - began_s, summary(rows)
         files = [page.with_name(f"{row['type']}_{row['seed']}.html") for row in driven if is_stack]
         worst = () if is_stack else [(row["type"], path, row["seed"], lacking) for row in driven]
-        pages = [one.read_text(encoding="utf-8") for one in files] or results(page_of, worst)
+        pages = [one.read_text(encoding="utf-8") for one in files]
+        pages = pages or results("pages", page_of, worst)
         seed_of = {row["type"]: row["seed"] for row in rows[::-1] if row["driver"] != NAIVE}
         first = [(name, path, seed_of[name], lacking) for name in result["types"]]
-        pictures = dict(zip(result["types"], results(picture_of, first)))
+        pictures = dict(zip(result["types"], results("plans", picture_of, first)))
     write(page, rows, result, options=options, worst=list(zip(driven, pages)), pictures=pictures)
     for name, one in result["types"].items():
         count, score = f"{one['successes']} of {one['drives']}", one["driving_score"]

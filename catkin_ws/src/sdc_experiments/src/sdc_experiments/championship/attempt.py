@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import math
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Mapping, Sequence
@@ -27,6 +28,7 @@ from sdc_experiments.championship.driver_process import DriverServer
 from sdc_experiments.championship.league import LEAGUES, TABLE, draw, streets_of
 from sdc_experiments.championship.stack import drive_stack
 from sdc_experiments.sweep.dask_engine import DaskEngine
+from sdc_experiments.sweep.progress import SweepProgress
 from sdc_experiments.sweep.statistics import estimate
 
 # Scores of the baselines by league, name and public seed.
@@ -96,7 +98,10 @@ def run(options: SimpleNamespace) -> int:
             server = opened.enter_context(DriverServer(source, options.sandbox, streets_of(league)))
             drivers = dict.fromkeys(seeds, server)
         worst = worst_of(result)
+        progress = SweepProgress(sys.stdout, 1, 0, "championship", "pages")
         shown = page_of(drivers[worst["seed"]], league, worst)
+        progress.add()
+        progress.close()
     others = stored(league, seeds)
     table = sorted([*others.items(), (path.stem, result["score"])], key=lambda one: -one[1])
     folder = Path(options.report)

@@ -9,6 +9,7 @@ import json
 import os
 import re
 import secrets
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Mapping
@@ -20,6 +21,7 @@ from sdc_experiments.championship.league import streets_of
 from sdc_experiments.sandbox import SandboxError
 from sdc_experiments.sweep.cell_drive import code_version, worker_problem
 from sdc_experiments.sweep.dask_engine import DaskEngine
+from sdc_experiments.sweep.progress import SweepProgress
 
 _ROUND, _SECRET, _RESULTS, _SITE = "round.json", "secret", "results", "site"
 _PAGES = {"index.html": "round.html", "feed.xml": "feed.xml"}
@@ -149,6 +151,7 @@ def _write_site(
     secret = about.get("secret", "")
     seeds = seeds_of_secret(secret, about["league"], about["drives"]) if secret else []
     number_of = {row["seed"]: at for one in table[:1] for at, row in enumerate(one["rows"], 1)}
+    progress = SweepProgress(sys.stdout, len(table), 0, "championship", "pages")
     for rank, one in enumerate(table, 1):
         name, worst, shown = one["name"], command.worst_of(one), ""
         path = folder / f"{name}.py"
@@ -163,6 +166,8 @@ def _write_site(
         values = {"rank": rank, "count": len(table), "about": about, "source": source}
         values = {**values, "result": result, "worst": worst, "shown": shown}
         write_page(site / f"{name}.html", "championship_entry.html.jinja", **values)
+        progress.add()
+    progress.close()
     for name, template in _PAGES.items():
         template = f"championship_{template}.jinja"
         write_page(site / name, template, about=about, table=table, seeds=seeds)

@@ -1,4 +1,4 @@
-"""The progress of a sweep: a line that updates in place, or some plain lines in a log."""
+"""The progress of long work: a line that updates in place, or some plain lines in a log."""
 
 from __future__ import annotations
 
@@ -10,24 +10,29 @@ _LOG_PERIOD_S = 10.0
 
 
 class SweepProgress:
-    """Prints how many cells are done.
+    """Prints how many of the things to do are done, from the start on.
 
     Args:
         stream: where to print
-        total: number of all cells
-        done: number of the cells that an earlier sweep has driven
+        total: number of all things
+        done: number of those that are done already
         name: of the command
+        things: what they are, such as pages
     """
 
-    def __init__(self, stream: TextIO, total: int, done: int, name: str = "sweep"):
-        self._stream, self._total, self._name = stream, total, name
+    def __init__(
+        self, stream: TextIO, total: int, done: int, name: str = "sweep", things: str = "drives"
+    ):
+        self._stream, self._total, self._name, self._things = stream, total, name, things
         self._in_place = stream.isatty()
         self._first = self._done = done
         self._failed = 0
         self._start_s, self._next_s = time.monotonic(), 0.0
+        if done < total:
+            self._print("")
 
-    def add(self, failed: bool) -> None:
-        """Count a cell, and print what is due."""
+    def add(self, failed: bool = False) -> None:
+        """Count a thing that is done, and print what is due."""
         self._done += 1
         self._failed += failed
         now_s = time.monotonic()
@@ -37,12 +42,15 @@ class SweepProgress:
         rate = (self._done - self._first) / max(now_s - self._start_s, 1e-3)
         left_s = round((self._total - self._done) / rate)
         failures = f", {self._failed} failed" if self._failed else ""
-        line = f"{self._name}: {self._done} of {self._total}{failures}, {rate:.1f} drives/s, "
-        line += f"{left_s // 60}:{left_s % 60:02d} left"
+        left = f", {left_s // 60}:{left_s % 60:02d} left" if self._done < self._total else ""
+        self._print(f"{failures}, {rate:.1f} {self._things}/s{left}")
+
+    def _print(self, more: str) -> None:
+        line = f"{self._name}: {self._done} of {self._total} {self._things}{more}"
         self._stream.write(f"\r\x1b[K{line}" if self._in_place else f"{line}\n")
         self._stream.flush()
 
     def close(self) -> None:
         """End the line."""
-        if self._in_place and self._done > self._first:
+        if self._in_place and self._total > self._first:
             self._stream.write("\n")
