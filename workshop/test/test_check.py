@@ -147,8 +147,8 @@ def test_command_checks_solves_and_hints(folder):
 
 def test_bad_command_line_is_refused_in_one_line(folder, tmp_path):
     for place, arguments, words in (
-        (folder, ["camera-9"], "there is no step 'camera-9'; the nearest are camera-1, camera-2"),
-        (folder, ["--solution", "message-7"], "there is no step 'message-7'; the nearest are mess"),
+        (folder, ["camera-9"], "'camera-9': unknown name; the nearest are camera-"),
+        (folder, ["--solution", "mesage-7"], "--solution mesage-7: unknown name; the nearest are "),
         (tmp_path, ["camera-1"], f"{tmp_path} is in no workspace"),
     ):
         status, output = run(place, *arguments)

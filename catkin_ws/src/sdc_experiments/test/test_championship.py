@@ -4,13 +4,14 @@ import json
 import os
 import subprocess
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import yaml
 
 from sdc_experiments.championship.attempt import STORED, new
-from sdc_experiments.championship.command import BASELINES, baseline, drive_seeds, options_of
+from sdc_experiments.championship.command import BASELINES, baseline, drive_seeds
 from sdc_experiments.championship.drive import Lateness, drive, drive_seed
 from sdc_experiments.championship.driver_process import DriverServer
 from sdc_experiments.championship.league import LEAGUES, draw
@@ -228,7 +229,7 @@ def test_documentation_has_the_stored_scores():
 
 def test_new_driver_is_tried_from_a_terminal(tmp_path, honest):
     os.chdir(tmp_path)
-    assert new(["mine.py"]) == 0
+    assert new(SimpleNamespace(file="mine.py")) == 0
     assert len(Path("mine.py").read_text().split("class Driver")[1].splitlines()) <= 10
     command = ["python3", "-m", "sdc_experiments.championship", "try", "mine.py", "drives:=3"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300)
@@ -244,15 +245,3 @@ def test_new_driver_is_tried_from_a_terminal(tmp_path, honest):
         timeout=300,
     )
     assert again.stdout.splitlines()[-1] == last
-
-
-@pytest.mark.parametrize(
-    "arguments, text",
-    [
-        (["leage:=control"], "did you mean 'league'"),
-        (["league:=contrl"], "did you mean 'control'"),
-    ],
-)
-def test_mistyped_argument_is_named(arguments, text):
-    with pytest.raises(ValueError, match=text):
-        options_of(arguments, {"league": "control"})

@@ -100,11 +100,14 @@ def test_page_shows_all_cars_at_any_time(tmp_path, monkeypatch, capsys):
         (["a.py"] * 9, "race: name two to eight drivers"),
         (["a.py", "b.launch"], "race: name two to eight drivers"),
         (["a.py", "b.py", "sead:=2"], "unknown argument 'sead:=2'; did you mean 'seed'"),
-        (["a.py", "b.py"], "a.py"),
+        (["a.py", "c.py"], "'c.py': there is no such file"),
+        (["a.py", "b.py"], "a.py, line 1: "),
     ],
 )
 def test_mistake_is_one_line(tmp_path, monkeypatch, capsys, arguments, line):
     monkeypatch.chdir(tmp_path)
+    for name in ("a.py", "b.py", "b.launch"):
+        (tmp_path / name).write_text("class :")
     monkeypatch.setattr("sys.argv", ["championship", "race", *arguments])
     assert main() == 2
     seen = capsys.readouterr()

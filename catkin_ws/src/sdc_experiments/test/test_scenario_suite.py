@@ -10,6 +10,7 @@ import rospkg
 from distributed import LocalCluster
 
 from sdc_experiments.closed_loop import drive
+from sdc_experiments.commands import parse
 from sdc_experiments.scenarios import NAIVE, OWN, main, picture_of, row_of, run, summary
 from sdc_map.map_file import map_file
 from sdc_sim.scenario.street_scenarios import types
@@ -19,13 +20,17 @@ ROOT = Path(__file__).resolve().parents[4]
 NAMES = ["DynamicObjectCrossing", "ParkedObstacle"]
 
 
+def run_words(*words):
+    return run(parse("scenarios", words))
+
+
 @needs_maps
 @pytest.mark.slow(20)
 def test_types_are_driven_scored_and_shown_equally_each_time(tmp_path, capsys):
     results = []
     for name in ("one", "two"):
         page = tmp_path / f"{name}.html"
-        status = run([*NAMES, "seeds:=7-7", "naive:=1", f"report:={page}"])
+        status = run_words(*NAMES, "seeds:=7-7", "naive:=1", f"report:={page}")
         results.append(json.loads(page.with_suffix(".json").read_text()))
         printed = capsys.readouterr().out.splitlines()
         assert status == (1 if results[-1]["broken"] else 0)
@@ -51,7 +56,7 @@ def test_types_are_driven_scored_and_shown_equally_each_time(tmp_path, capsys):
 def test_cluster_drives_the_same_as_this_machine(tmp_path):
     def traces(name, *options):
         page = tmp_path / f"{name}.html"
-        run(["ParkedObstacle", "seeds:=7-7", "naive:=0", f"report:={page}", *options])
+        run_words("ParkedObstacle", "seeds:=7-7", "naive:=0", f"report:={page}", *options)
         return [
             one["trace_sha256"] for one in json.loads(page.with_suffix(".json").read_text())["rows"]
         ]
@@ -68,7 +73,7 @@ def test_cluster_drives_the_same_as_this_machine(tmp_path):
 def test_nodes_of_a_stack_are_driven_and_scored(tmp_path, capsys):
     stack = Path(rospkg.RosPack().get_path("sdc_package")) / "launch" / "stack.launch"
     name, page = "VanillaSignalizedTurnEncounterRedLight", tmp_path / "page.html"
-    assert run([name, "seeds:=1", "naive:=0", f"stack:={stack}", f"report:={page}"]) == 0
+    assert run_words(name, "seeds:=1", "naive:=0", f"stack:={stack}", f"report:={page}") == 0
     assert capsys.readouterr().out.splitlines()[-1].startswith("scenarios: 1 drives of 1 types")
     (row,) = json.loads(page.with_suffix(".json").read_text())["rows"]
     assert row["driver"] == str(stack) and row["status"] == "completed"
@@ -127,24 +132,13 @@ def test_success_is_a_route_completed_in_time_with_the_full_score(changed, statu
     )
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["Acident"], "unknown type 'Acident'; did you mean 'Accident'?"),
-        (["seed:=3"], "unknown argument 'seed:=3'; did you mean 'seeds'?"),
-        (["seeds:=x"], "seeds:=x: must be a number, or FIRST-LAST"),
-        (["seeds:=5-4"], "seeds:=5-4: must be a number, or FIRST-LAST"),
-        (["naive:=1-2"], "naive:=1-2: must be a number"),
-        (["behaviour:=no"], "behaviour:=no: must be true or false"),
-        pytest.param(["map:=nowhere.xodr"], "nowhere.xodr: cannot be read", marks=needs_maps),
-    ],
-)
-def test_invalid_argument_is_one_line(arguments, message, monkeypatch, capsys):
-    monkeypatch.setattr("sys.argv", ["scenarios", *arguments])
+def test_reversed_range_of_seeds_is_one_line(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["scenarios", "seeds:=5-4"])
     with pytest.raises(SystemExit) as ended:
         main()
     errors = capsys.readouterr().err
-    assert ended.value.code == 2 and message in errors and errors.count("\n") == 1
+    assert ended.value.code == 2 and errors.count("\n") == 1
+    assert errors == "scenarios: seeds:=5-4: must be a number, or FIRST-LAST\n"
 
 
 def test_command_lists_the_types():

@@ -7,6 +7,7 @@ before anything is installed or built.
 
 from __future__ import annotations
 
+import difflib
 import json
 import math
 import os
@@ -36,7 +37,9 @@ _PATHS: dict[str, Callable[[str], bool]] = {
 # Dashes or none, a name, := or = or nothing, and a value.
 _WORD = re.compile(r"(-*)([^:=]*)(:?=)?(.*)", re.DOTALL)
 _COLUMNS = 100
+# Of more names than these, an error lists the nearest ones only.
 _MOST_NAMES = 30
+_NEAREST = 5
 
 
 class WordError(ValueError):
@@ -78,14 +81,13 @@ def parse(command: str, words: Sequence[str]) -> SimpleNamespace:
     return SimpleNamespace(**values, command=command, texts=texts, passed=passed)
 
 
-def _written(command: str, name: str, text: str = "") -> str:
+def _written(command: str, name: str, text: str | None = None) -> str:
     """Return an argument, or an argument and its value, as people write it."""
-    entry = TABLE[command]
     if name.isupper():
-        return f"'{text}'"
-    if entry.get("dashes") or entry["arguments"][name]["type"] == "flag":
-        return f"--{name}{text and ' '}{text}"
-    return f"{name}{text and ':='}{text}"
+        return name if text is None else f"'{text}'"
+    is_dashed = TABLE[command].get("dashes") or TABLE[command]["arguments"][name]["type"] == "flag"
+    name, sign = (f"--{name}", " ") if is_dashed else (name, ":=")
+    return name if text is None else f"{name}{sign}{text}"
 
 
 def _read(command: str, left: list[str]) -> tuple[dict[str, list[str]], list[str]]:
@@ -179,10 +181,12 @@ def _problem(row: Mapping[str, Any], text: str) -> str:
         return ""
     if not names:
         return row.get("must") or f"there is no such {kind.replace('existing', 'file or folder')}"
-    hint = suggestion(text, names, "")
-    known = ", ".join(names[:_MOST_NAMES]) + ", ..." * (len(names) > _MOST_NAMES)
     unknown = "unknown name, and no such file" if kind in _PATHS else "unknown name"
-    return f"{unknown}; {hint}{hint and ' '}use one of {known} {row.get('must', '')}".rstrip()
+    if len(names) > _MOST_NAMES:
+        near = difflib.get_close_matches(text, names, _NEAREST, 0.0)
+        return f"{unknown}; the nearest are {', '.join(near)}"
+    allowed = f"use one of {', '.join(names)} {row.get('must', '')}".rstrip()
+    return f"{unknown}; {suggestion(text, names, '')} {allowed}".replace("  ", " ")
 
 
 def _is_number(row: Mapping[str, Any], text: str) -> bool:
@@ -241,11 +245,9 @@ def help_text(command: str) -> str:
     entry = TABLE[command]
     lines = [f"Usage: ./{command} {entry['usage']}", textwrap.fill(entry["about"], _COLUMNS), ""]
     for name, row in entry["arguments"].items():
-        kind, default = _kind(row), row.get("default", "{}")
-        text = (
-            row["about"] + f" [{kind}]" * bool(kind) + f" (default: {default})" * (default != "{}")
-        )
-        first = f"  {name if name.isupper() else _written(command, name):<20} "
+        kind, default = _kind(row), row.get("default", "")
+        text = row["about"] + f" (default: {default})" * bool(default) + f" [{kind}]" * bool(kind)
+        first = f"  {_written(command, name):<20} "
         lines.append(
             textwrap.fill(text, _COLUMNS, initial_indent=first, subsequent_indent=" " * 23)
         )

@@ -230,8 +230,8 @@ def run(options: SimpleNamespace) -> int:
             raise ValueError(problems[0])
         driven = sorted(rows, key=lambda row: (row["success"], row["driving_score"]))[:_WORST]
         if not lacking:
-            naive = [(*one, table[one[0]]["naive"], NAIVE) for one in others]
-            rows += results("naive drives", drive_row, naive)
+            naive_drives = [(*one, table[one[0]]["naive"], NAIVE) for one in others]
+            rows += results("naive drives", drive_row, naive_drives)
         took_s, result = time.monotonic() - began_s, summary(rows)
         files = [page.with_name(f"{row['type']}_{row['seed']}.html") for row in driven if is_stack]
         worst = () if is_stack else [(row["type"], path, row["seed"], lacking) for row in driven]

@@ -1,0 +1,261 @@
+"""Each command checks its words by one table, before anything is installed or built."""
+
+import os
+import re
+import shutil
+import subprocess
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+
+from sdc_experiments.championship.command import BASELINES
+from sdc_experiments.championship.league import LEAGUES
+from sdc_experiments.commands import TABLE, WordError, known_names, parse
+from sdc_package.steering.loader import METHODS
+from sdc_sim.scenario.street_scenarios import types
+
+ROOT = Path(__file__).resolve().parents[1]
+COMMANDS = [name for name in TABLE if " " not in name]
+# (command, words, end of the one line)
+WRONG = [
+    (
+        "drive",
+        "map:=nope",
+        "map:=nope: unknown name, and no such file; use one of town",
+    ),
+    ("drive", "sync:=maybe", "sync:=maybe: must be true or false"),
+    ("drive", "sync:=", "sync:=: must be true or false"),
+    ("drive", "sync", "unknown argument 'sync'; write sync:=VALUE"),
+    ("drive", "sinc:=true", "unknown argument 'sinc:=true'; did you mean 'sync'?"),
+    ("drive", "--nonsense", "unknown argument '--nonsense'; did you mean"),
+    (
+        "drive",
+        "scenario:=ovla",
+        "unknown name, and no such file; did you mean 'oval'?",
+    ),
+    ("drive", "scenario:=ovla", "traffic_lights"),
+    ("drive", "scenario:=drive", "use one of crossing_pedestrian"),
+    ("drive", "waypoints_path:=no.csv", "waypoints_path:=no.csv: there is no such file"),
+    ("drive", "workspace:=no", "workspace:=no: there is no such folder"),
+    ("drive", "stack:=a/b.launch", "stack:=a/b.launch: there is no such file"),
+    ("drive", "cars:=9", "cars:=9: must be a whole number from 1 to 8"),
+    ("drive", "cars:=", "cars:=: must be a whole number from 1 to 8"),
+    ("drive", "cockpit_port:=http", "must be a whole number from 1 to 65535"),
+    ("drive", "planned_speed_mps:=nan", "must be a number from 0.5 to 60"),
+    ("drive", "seed:=-1 map:=town", "seed:=-1: must be a whole number from 0 to 4294967295"),
+    ("drive", "start:=12 map:=town", "start:=12: must be X,Y [m]"),
+    ("drive", "steering_method:=stanly", "did you mean 'stanley'?"),
+    ("drive", "perception:=lights", "use one of lane, all, objects, imitation"),
+    ("drive", "perception:=objects", "perception:=objects needs a map, such as map:=town"),
+    ("drive", "traffic:=5", "traffic:=5 needs streets; name a map, such as map:=Town01.xodr"),
+    ("drive", "goal:=1,2", "goal:=1,2 needs streets; name a map"),
+    ("drive", "cars:=2 truth:=false", "truth:=false is for one car; leave out cars"),
+    ("test", "--nope", "unknown argument '--nope'; did you mean '--ignore'?"),
+    ("test", "--quik", "did you mean '--quick'?"),
+    ("test", "tests/nope.py", "'tests/nope.py': unknown name, and no such file"),
+    ("test", "-x -j", "unknown argument '-j'; ./test --help lists the arguments"),
+    ("cockpit", "prot:=1", "unknown argument 'prot:=1'; did you mean 'port'?"),
+    ("cockpit", "port:=0", "port:=0: must be a whole number from 1 to 65535"),
+    ("scenarios", "Acident", "'Acident': unknown name; the nearest are Accident, "),
+    ("scenarios", "seed:=3", "unknown argument 'seed:=3'; did you mean 'seeds'?"),
+    ("scenarios", "seeds:=x", "seeds:=x: must be a number, or FIRST-LAST"),
+    ("scenarios", "naive:=1-2", "naive:=1-2: must be a whole number of at least 0"),
+    ("scenarios", "behaviour:=no", "behaviour:=no: must be true or false"),
+    ("scenarios", "map:=nowhere.xodr", "map:=nowhere.xodr: unknown name, and no such file"),
+    ("championship", "tyr", "'tyr': unknown name; did you mean 'try'?"),
+    ("championship", "new", "FILE is missing; usage: ./championship new FILE.py"),
+    ("championship", "try no.py", "'no.py': there is no such file"),
+    ("championship", "try leage:=control", "did you mean 'league'?"),
+    ("championship", "try league:=contrl", "did you mean 'control'?"),
+    ("championship", "round no", "'no': there is no such folder"),
+    ("championship", "baselines lqrr", "did you mean 'lqr'?"),
+    ("workshop/start", "", "DIR is missing; usage: ./workshop/start [--lab LAB] [--update] DIR"),
+    ("workshop/start", "--lab mcp mine", "--lab mcp: unknown name; did you mean 'mpc'?"),
+    ("workshop/check", "camra-3", "'camra-3': unknown name; the nearest are camera-3, "),
+    ("workshop/check", "camera..local", "'camera..local': unknown name"),
+    ("workshop/check", "--hint", "--hint needs a value; usage: ./workshop/check"),
+    ("workshop/check", "quiz phase-9", "'phase-9': unknown name; did you mean"),
+    ("workshop/class", "no", "'no': there is no such folder"),
+    ("workshop/grade", "--jobs 0 .", "--jobs 0: must be a whole number of at least 1"),
+    ("workshop/class", "--onec .", "unknown argument '--onec'; did you mean '--once'?"),
+    ("workshop/browser", "--ip home", "--ip home: must be an address such as 0.0.0.0"),
+    ("workshop/desktop", "mine", "unknown argument 'mine'; ./workshop/desktop --help lists"),
+    ("docker/prepare", "twon", "'twon': unknown name; did you mean 'town'?"),
+]
+
+
+@pytest.mark.parametrize(("command", "words", "text"), WRONG)
+def test_wrong_word_is_named_in_one_line(command, words, text):
+    with pytest.raises(WordError) as raised:
+        parse(command, words.split())
+    assert text in str(raised.value) and "\n" not in str(raised.value)
+
+
+@pytest.fixture(scope="module")
+def fresh(tmp_path_factory):
+    """A copy of the commands in which nothing is built, and docker/prepare only leaves a trace."""
+    root = tmp_path_factory.mktemp("fresh")
+    for command in COMMANDS:
+        (root / command).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / command, root / command)
+    shutil.copy(ROOT / "docker" / "environment", root / "docker")
+    (root / "docker" / "prepare").write_text('#!/bin/sh\necho "$@" >"$0.called"\nexit 3\n')
+    (root / "catkin_ws").mkdir()
+    (root / "catkin_ws" / "src").symlink_to(ROOT / "catkin_ws" / "src")
+    return root
+
+
+def run(root, command, *words):
+    """Return the result of a command, and whether it has prepared anything."""
+    called = root / "docker" / "prepare.called"
+    called.unlink() if called.exists() else None
+    place = ROOT if command == "docker/prepare" else root
+    done = subprocess.run(
+        [place / command, *words], cwd=root, capture_output=True, text=True, check=False
+    )
+    return done, called.exists()
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_wrong_word_ends_the_command_before_anything_is_prepared(fresh, command):
+    done, prepared = run(fresh, command, "--nope=1")
+    assert (done.returncode, done.stdout, prepared) == (2, "", False), done.stderr
+    assert done.stderr.startswith(f"{Path(command).name}: unknown argument '--nope=1'; ")
+    assert done.stderr.count("\n") == 1
+
+
+def test_right_words_go_on_to_the_preparation(fresh):
+    done, prepared = run(fresh, "drive", "map:=town", "seed:=3")
+    assert prepared and done.returncode == 3, done.stderr
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_lists_every_argument_and_prepares_nothing(fresh, command):
+    done, prepared = run(fresh, command, "--help")
+    assert (done.returncode, done.stderr, prepared) == (0, "", False)
+    text = " ".join(done.stdout.split())
+    for name, entry in TABLE.items():
+        if name.split()[0] == command:
+            assert f"Usage: ./{name} {entry['usage']} {entry['about']}" in text
+            for argument, row in entry["arguments"].items():
+                assert re.search(rf"  (--)?{argument} ", done.stdout)
+                assert row["about"] in text
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        ("drive", "map:=town seed:=3 traffic:=5 sync:=1 planned_speed_mps:=9.5 --screen"),
+        ("drive", "cars=8 --camera false steering_method:=my_module:MySteering report:=new.json"),
+        ("drive", "workspace:=docker stack:=my_car/stack.launch perception:= --sigint-timeout=9"),
+        ("drive", "scenario:=town_traffic goal:=88,-100;392.5,-300"),
+        ("test", "--quick -xvv -n4 -k word --maxfail=1 --tb short docker::test_x"),
+        ("test", "scenarios -k oval"),
+        ("cockpit", "port:=8081 drives_folder:=mine"),
+        ("scenarios", "Accident ParkingCutIn seeds:=2-4 --scheduler tcp://host:8786 --list"),
+        ("championship", "round docker league:=traffic --scheduler tcp://host:8786 secret:=ab"),
+        ("championship", "try --stack docker/prepare workspace:=docker drives:=5"),
+        ("workshop/start", "--lab mpc --update mine"),
+        ("workshop/check", "--seed 7 --watch camera controller-2 messages-7..messages-10"),
+        ("workshop/check", "--seed 7 quiz phase-3"),
+        ("workshop/grade", "docker docker/prepare --limit=60 --no-sandbox"),
+        ("workshop/class", "docker --once --names"),
+        ("workshop/browser", "mine --ip 0.0.0.0 --port 80"),
+        ("workshop/desktop", ""),
+    ],
+)
+def test_right_words_are_accepted(command, words, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    assert parse(command, words.split()).command.startswith(command)
+
+
+def test_table_is_that_of_the_launch_files():
+    for package, command, hidden in (
+        ("sdc_package/launch/all.launch", "drive", {"scenario"}),
+        ("sdc_cockpit/launch/cockpit.launch", "cockpit", {"drive_command"}),
+    ):
+        launch = ElementTree.parse(ROOT / "catkin_ws" / "src" / package)
+        rows = TABLE[command]["arguments"]
+        arguments = [one for one in launch.getroot().findall("arg") if one.get("doc")]
+        names = [one.get("name") for one in arguments]
+        assert [name for name in names if name not in hidden] == [
+            name for name in rows if name not in hidden
+        ]
+        for one in arguments:
+            row = rows.get(one.get("name"), {"about": one.get("doc")})
+            assert row["about"] == one.get("doc")
+            if "$(" not in one.get("default") and one.get("name") not in hidden:
+                assert row.get("default", "") == one.get("default"), one.get("name")
+
+
+def names(command, argument):
+    return known_names(TABLE[command]["arguments"][argument])
+
+
+def test_names_of_the_table_are_those_of_the_project():
+    from_steps = [*steps_of_workshop()]
+    assert names("drive", "steering_method") == [*METHODS]
+    assert names("scenarios", "TYPE") == [*types()]
+    assert names("championship try", "league") == [*LEAGUES]
+    assert names("championship baselines", "NAME") == [*BASELINES]
+    assert sorted(names("workshop/check", "STEP")) == sorted(from_steps)
+    script = (ROOT / "docker" / "prepare").read_text(encoding="utf-8")
+    assert [one for one in names("docker/prepare", "STEP") if f"\n{one}() {{" not in script] == []
+
+
+def steps_of_workshop():
+    for path in sorted((ROOT / "workshop").rglob("steps.yaml")):
+        yield from re.findall(r"\{id: ([^,]+),", path.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize(
+    ("command", "program"),
+    [("drive", ["roslaunch"]), ("test", ["python3", "-m", "pytest"])],
+)
+def test_passed_options_are_those_of_the_other_program(command, program):
+    shown = subprocess.run([*program, "--help"], capture_output=True, text=True, check=True).stdout
+    for option in TABLE[command]["passed"].split():
+        name, takes_value = option.rstrip("="), option.endswith("=")
+        found = re.search(rf"(?m)^ .*?(?<![\w-]){re.escape(name)}([ =][\w{{\[]| ?, --\w+=)?", shown)
+        assert found, f"{name} is no option of {program[-1]}"
+        assert bool(found[1]) == takes_value, option
+
+
+def test_words_reach_the_script_unchanged_and_with_absolute_paths(tmp_path):
+    (tmp_path / "my route.csv").write_text("0,0\n")
+    words = [
+        "waypoints_path:=my route.csv",
+        "report:=new/report.json",
+        "sim_options:={a: 'x y', b: $(touch evil) `touch evil`}",
+        "sync:=True",
+        "--screen",
+    ]
+    script = 'source "$0"; parse drive "$@"; printf "%s\\n" "${words[@]}" "${word[cars]}"'
+    done = subprocess.run(
+        ["bash", "-c", script, ROOT / "docker" / "environment", *words],
+        cwd=tmp_path,
+        env={**os.environ, "PWD": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert sorted(done.stdout.splitlines()) == sorted(
+        [
+            "--screen",
+            f"waypoints_path:={tmp_path}/my route.csv",
+            f"report:={tmp_path}/new/report.json",
+            words[2],
+            "sync:=true",
+            "1",
+        ]
+    )
+    assert [path.name for path in tmp_path.iterdir()] == ["my route.csv"]
+
+
+def test_values_have_the_type_of_their_row():
+    found = parse("workshop/grade", [".", "--limit", "5", "--no-sandbox"])
+    assert (found.dir, found.limit, found.no_sandbox, found.jobs) == (["."], 5.0, True, None)
+    found = parse("championship", ["round", str(ROOT), "reveal:=false", "drives:=3"])
+    assert (found.reveal, found.baselines, found.drives) == (False, True, 3)
+    assert found.command == "championship round"
