@@ -152,6 +152,8 @@ def test_grade_is_kept_until_the_work_changes_and_an_interrupted_one_is_not(worl
     (result / "answers.json").unlink()
     assert grade("ada", folder, result, conditions) == first
     assert not (result / "answers.json").exists(), "graded twice"
+    assert grade("ada", folder, result, replace(conditions, seed=2)).steps_done == 1
+    assert (result / "answers.json").exists(), "the grade of another seed was kept"
     write(folder, find_step("messages-1"), "float32 throttle\n")
     assert grade("ada", folder, result, conditions).steps_done == 0
 

@@ -97,6 +97,16 @@ def test_latency_delays_commands_but_not_the_braking_after_a_timeout():
     assert mux.select(26, AT_REST, TICK_S) == FULL_BRAKE
 
 
+@pytest.mark.parametrize("manual", [False, True])
+def test_steering_keeps_its_position_while_the_commands_time_out(manual):
+    mux = make_mux()
+    mux.set_manual_override(manual, 1)
+    mux.accept(Command(throttle=0.5, steer=-0.3), 1, manual)
+    mux.select(2, AT_REST, TICK_S)
+    held = Command(steer=-0.3, brake=1.0)
+    assert [mux.select(tick, AT_REST, TICK_S) for tick in (22, 23, 200)] == [held] * 3
+
+
 def test_refused_command_changes_nothing():
     mux = make_mux()
     mux.accept(SOFTWARE, 1)
