@@ -11,10 +11,10 @@ from sdc_experiments.closed_loop import car_with, drive_result
 from sdc_experiments.configuration import node_parameters
 from sdc_experiments.map_drives import had_emergency, main, seeds_of
 from sdc_experiments.slow_traffic import seconds_behind
+from sdc_map.global_planner import GlobalPlanner
 from sdc_map.lane_graph import LaneGraph, NoRouteError
 from sdc_map.network_file import load_network
 from sdc_package.car import MissionDriver
-from sdc_package.global_planner import GlobalPlanner
 from sdc_package.local_planner import PlannerSettings
 from sdc_sim.runner import isolated_drive, prepare
 from sdc_sim.scenario.drive_setup import drive_setup

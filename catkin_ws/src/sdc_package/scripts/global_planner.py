@@ -11,7 +11,7 @@ from sdc_common.ros.refusal import refusing
 from sdc_map.lane_graph import NoRouteError
 from sdc_map.network_file import MapError, load_network
 from sdc_msgs.srv import CloseLane, CloseLaneResponse
-from sdc_package.global_planner import GlobalPlanner
+from sdc_map.global_planner import GlobalPlanner
 from sdc_package.msg import BaseWaypoint, LocalPath, Path, Waypoint
 from sdc_package.odometry import pose_and_speed
 

@@ -7,12 +7,13 @@ import pytest
 import yaml
 
 from sdc_common.driving import DetectedObstacle, Observation
+from sdc_common.geometry.route import Route
 from sdc_map.lane_graph import LaneGraph, drawn_places
 from sdc_map.map_file import map_file
 from sdc_map.mission import plan_mission
 from sdc_map.network_file import load_network
 from sdc_package.behaviour.manoeuvres import Manoeuvres, StayOnRoute
-from sdc_package.behaviour.street_planner import StreetPlanner
+from sdc_package.behaviour.street_planner import StreetPlanner, nearby
 from sdc_package.behaviour.streets import StreetMargins
 from sdc_package.planner_settings import PlannerSettings
 from sdc_package.traffic_lights import TrafficLightMonitor
@@ -81,3 +82,10 @@ def test_mission_that_is_not_on_lanes_is_refused_and_the_last_one_stays(mission)
     with pytest.raises(ValueError, match="the route is not on lanes of the map town"):
         planner.follow(mission[1].points_m + 5000.0, None)
     assert len(planner.plan(observation(mission, 20.0, 5.0)).points) >= 2
+
+
+@pytest.mark.parametrize(("speed", "is_near"), [(0.0, False), (20.0, True)])
+def test_only_those_are_looked_at_that_can_come_near_in_two_seconds(speed, is_near):
+    straight = Route(np.column_stack([np.arange(201.0), np.zeros(201)]))
+    vehicle = DetectedObstacle(50.0, 0.0, 0.0, 4.7, 2.0, speed)
+    assert (nearby(straight, 0.0, [vehicle], 20.0) == [vehicle]) == is_near

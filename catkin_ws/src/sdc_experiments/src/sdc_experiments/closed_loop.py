@@ -37,7 +37,7 @@ from sdc_sim.simulation import loop
 from sdc_sim.simulation.snapshot import Snapshot
 
 if TYPE_CHECKING:
-    from sdc_package.global_planner import GlobalPlanner
+    from sdc_map.global_planner import GlobalPlanner
 
 _NO_OPTIONS: Mapping[str, Any] = {}
 
@@ -141,8 +141,8 @@ def conditions(
         map_file, goal = map_file or map_path(setup.scenario), goal or setup.scenario.goals or None
     if not map_file:
         return setup, None
+    from sdc_map.global_planner import GlobalPlanner
     from sdc_map.network_file import load_network
-    from sdc_package.global_planner import GlobalPlanner
     from sdc_sim.scenario.map_drive import file_points, first_mission
 
     goals = () if goal is None else [goal] if np.ndim(goal) == 1 else goal

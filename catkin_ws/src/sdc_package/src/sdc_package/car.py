@@ -19,7 +19,7 @@ from sdc_package.traffic_lights import TrafficLightMonitor
 from sdc_package.waypoint_search import WaypointSearch
 
 if TYPE_CHECKING:
-    from sdc_package.global_planner import GlobalPlanner
+    from sdc_map.global_planner import GlobalPlanner
 
 
 class PathPlanner(Protocol):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Callable, Sequence
+from typing import Callable, NamedTuple, Sequence
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.route import Route
@@ -13,6 +13,8 @@ from sdc_common.validation import check_non_negative
 # Times ahead at which a moving obstacle is predicted, so that the car brakes before a pedestrian
 # steps onto the lane [s].
 PREDICTION_TIMES_S = (0.0, 0.5, 1.0, 1.5, 2.0)
+# Time between two of them [s].
+STEP_S = 0.5
 # An obstacle that moves along the route more slowly than this is treated as standing [m/s].
 _MIN_FOLLOW_SPEED_MPS = 0.5
 
@@ -30,6 +32,16 @@ class ObstacleMargins:
 
     def __post_init__(self):
         check_non_negative(**vars(self))
+
+
+class Distances(NamedTuple):
+    """Distances that the car keeps from obstacles, and how it brakes for them."""
+
+    margins: ObstacleMargins  # to those that stand
+    time_gap_s: float  # additional time to the one that it follows [s]
+    follow_gap_m: float  # distance to it at standstill [m]
+    braking_mps2: float  # deceleration with which the car stops [m/s^2]
+    horizon_m: float  # length of the route ahead of the car that is searched [m]
 
 
 def blocked_from(

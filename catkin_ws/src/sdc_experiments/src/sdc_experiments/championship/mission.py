@@ -10,9 +10,9 @@ import numpy as np
 from sdc_common.driving import Observation
 from sdc_common.planning.stop_line import StopLine
 from sdc_experiments.closed_loop import SteeringSource, car_with, function_planner, own_planner
+from sdc_map.global_planner import GlobalPlanner
 from sdc_map.network_file import load_network
 from sdc_package.car import Car, PathPlanner
-from sdc_package.global_planner import GlobalPlanner
 
 # What a class Driver can have: the whole car, or a part of ours.
 PARTS = ("step", "plan", "wheel_angle")

@@ -68,18 +68,7 @@ class Proposal(NamedTuple):
 
 
 class StayOnRoute:
-    """Takes the place of Manoeuvres in a car that never leaves its route; same attributes."""
-
-    def __init__(self, road: RoadAlong, lines_m: np.ndarray, car: Body):
-        self.way = OffsetPath(road.route, float(road.speed_mps.max()))
-        self.reason, self.most_mps, self.stop_m = "", math.inf, math.inf
-
-    def decide(self, *_: object) -> None:
-        """Keep the route."""
-
-
-class Manoeuvres:
-    """Decides how far beside its route the car drives, and how fast.
+    """Keeps the car on its route, as one that does not pass, change lanes or make room.
 
     Args:
         road: the road along the route
@@ -94,11 +83,8 @@ class Manoeuvres:
     """
 
     def __init__(self, road: RoadAlong, lines_m: np.ndarray, car: Body):
-        self._road, self._lines_m, self._car = road, lines_m, car
         self.way = OffsetPath(road.route, float(road.speed_mps.max()))
         self.reason, self.most_mps, self.stop_m = "", math.inf, math.inf
-        self._memory = Memory()
-        self._plans, self._waits = 0, True
 
     def decide(
         self,
@@ -117,6 +103,26 @@ class Manoeuvres:
             obstacles: the detected road users
             stop_m: where the centre of the car must stop for lights and signs, inf: nowhere [m]
         """
+
+
+class Manoeuvres(StayOnRoute):
+    """Decides how far beside its route the car drives, and how fast."""
+
+    def __init__(self, road: RoadAlong, lines_m: np.ndarray, car: Body):
+        super().__init__(road, lines_m, car)
+        self._road, self._lines_m, self._car = road, lines_m, car
+        self._memory = Memory()
+        self._plans, self._waits = 0, True
+
+    def decide(
+        self,
+        s_m: float,
+        cross_track_m: float,
+        speed_mps: float,
+        obstacles: Obstacles,
+        stop_m: float,
+    ) -> None:
+        """See StayOnRoute."""
         if not self._plans and abs(cross_track_m) > _PULLS_OUT_M:
             out = smooth_step(self._road.route.s, s_m + _OUT_AFTER_M, _OUT_M)
             self.way.follow(cross_track_m * (1.0 - out), s_m)

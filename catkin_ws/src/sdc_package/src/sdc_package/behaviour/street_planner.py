@@ -7,19 +7,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sdc_common.driving import Observation, Path, points_as_sent
+from sdc_common.driving import DetectedObstacle, Observation, Path, points_as_sent
+from sdc_common.geometry.route import Route
 from sdc_map.network import Network
-from sdc_package.behaviour.following import Distances, following_caps, nearby
 from sdc_package.behaviour.manoeuvres import Manoeuvres, StayOnRoute
 from sdc_package.behaviour.streets import StreetBehaviour, StreetMargins, name_of
 from sdc_package.local_planner import LocalPlanner
-from sdc_package.obstacle_prediction import Obstacles
+from sdc_package.obstacle_prediction import PREDICTION_TIMES_S, Distances, Obstacles
+from sdc_package.obstacles import caps_behind
 from sdc_package.planner_settings import PlannerSettings
 from sdc_package.traffic_lights import TrafficLightMonitor
 from sdc_package.waypoint_search import WaypointSearch
 
 if TYPE_CHECKING:
-    from sdc_package.global_planner import GlobalPlanner
+    from sdc_map.global_planner import GlobalPlanner
 
 # Acceleration of a car that starts [m/s^2], unless it passes another road user.
 _STARTS_MPS2 = 1.2
@@ -49,7 +50,7 @@ class StreetPlanner:
         margins: StreetMargins,
         lights: TrafficLightMonitor,
         missions: GlobalPlanner | None = None,
-        manoeuvres: type[Manoeuvres | StayOnRoute] = Manoeuvres,
+        manoeuvres: type[StayOnRoute] = Manoeuvres,
     ):
         self._settings, self._lights, self._missions = settings, lights, missions
         self._streets = StreetBehaviour(network, margins, manoeuvres)
@@ -122,29 +123,24 @@ class StreetPlanner:
         self, local: LocalPlanner, rows: np.ndarray, observation: Observation
     ) -> np.ndarray:
         """Return rows that keep the distance to those on the path of the car."""
-        streets, s_m = self._streets, local.place.s_m
-        obstacles: Obstacles = nearby(local.route, s_m, observation.obstacles, local.horizon_m)
-        obstacles = streets.relevant(s_m, observation.speed_mps, obstacles)
+        streets, settings = self._streets, self._settings
+        route, place_s_m, speed_mps = local.route, local.place.s_m, observation.speed_mps
+        near: Obstacles = nearby(route, place_s_m, observation.obstacles, local.horizon_m)
+        obstacles = streets.relevant(place_s_m, speed_mps, near)
         if not obstacles:
             return rows
+        margins = streets.margins
         distances = Distances(
-            self._settings.obstacles,
-            streets.margins.time_gap_s,
-            streets.margins.follow_gap_m,
-            self._settings.limits.braking_mps2,
+            settings.obstacles,
+            margins.time_gap_s,
+            margins.follow_gap_m,
+            settings.limits.braking_mps2,
             local.horizon_m,
         )
+        s_m, offset_at = route.s[local.ahead], streets.manoeuvres.way.offset_at
         caps = np.array(
             [
-                following_caps(
-                    local.route,
-                    local.route.s[local.ahead],
-                    s_m,
-                    observation.speed_mps,
-                    obstacle,
-                    streets.manoeuvres.way.offset_at,
-                    distances,
-                )
+                caps_behind(route, s_m, place_s_m, obstacle, distances, speed_mps, offset_at)
                 for obstacle in obstacles
             ]
         )
@@ -189,3 +185,16 @@ class StreetPlanner:
         if streets.must_brake_hard(place.s_m, speed_mps, obstacles):
             rows = local.limited(rows, np.zeros(len(rows)), "obstacle")
         return rows
+
+
+def nearby(
+    route: Route, from_s_m: float, obstacles: Obstacles, horizon_m: float
+) -> list[DetectedObstacle]:
+    """Return those that may be so near to a place within two seconds: in traffic, few."""
+    place, last_s = route.line.point_at(from_s_m), PREDICTION_TIMES_S[-1]
+    return [
+        obstacle
+        for obstacle in obstacles
+        if math.dist((obstacle.x_m, obstacle.y_m), place)
+        < horizon_m + last_s * obstacle.speed_mps + obstacle.length_m
+    ]

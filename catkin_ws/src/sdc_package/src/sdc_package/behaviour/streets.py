@@ -101,13 +101,13 @@ class StreetBehaviour:
         details: because of whom the car stops, by the reason
     """
 
-    manoeuvres: Manoeuvres | StayOnRoute
+    manoeuvres: StayOnRoute
 
     def __init__(
         self,
         network: Network,
         margins: StreetMargins,
-        manoeuvres: type[Manoeuvres | StayOnRoute] = Manoeuvres,
+        manoeuvres: type[StayOnRoute] = Manoeuvres,
     ):
         self._network, self.margins = network, margins
         self._new_manoeuvres = manoeuvres

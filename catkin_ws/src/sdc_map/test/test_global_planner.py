@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from sdc_map.global_planner import GlobalPlanner
 from sdc_map.lane_graph import NoRouteError
 from sdc_map.network import Network, RoadLane
-from sdc_package.global_planner import GlobalPlanner
 
 
 def lane(name, points, limit_mps=10.0, leads=(), left="", right=""):
