@@ -10,7 +10,7 @@ ROOT = Path(__file__).resolve().parents[1]
 pytestmark = [pytest.mark.nightly, pytest.mark.slow(30)]
 
 
-@pytest.mark.skipif(not (ROOT / ".site" / "venv").exists(), reason="run docker/prepare site")
+@pytest.mark.skipif(not (ROOT / ".site" / "packages").exists(), reason="run docker/prepare site")
 def test_site_has_no_broken_link(tmp_path):
     command = [ROOT / "docker" / "site", "--site-dir", tmp_path]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

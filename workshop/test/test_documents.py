@@ -10,13 +10,8 @@ WORKSHOP = PROJECT / "workshop"
 PAGES = sorted(WORKSHOP.glob("*.md"))
 GENERATED = {
     ".git",
-    ".tools",
+    ".venv",
     ".browser",
-    ".learning",
-    ".mpc",
-    ".maps",
-    ".traffic",
-    ".sb3",
     ".site",
     "build",
     "devel",

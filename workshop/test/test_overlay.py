@@ -113,7 +113,7 @@ def test_world_runs_beside_a_broken_student_package(unsolved, tmp_path):
 def test_world_is_not_built_again_without_a_change():
     prepare = [PROJECT / "docker" / "prepare", "world"]
     subprocess.run(prepare, check=True, timeout=300)
-    built = (WORLD / ".built").stat().st_mtime_ns
+    built = (WORLD / "devel" / ".built").stat().st_mtime_ns
     done = subprocess.run(prepare, capture_output=True, text=True, check=True, timeout=TIMEOUT_S)
     assert done.stdout + done.stderr == ""
-    assert (WORLD / ".built").stat().st_mtime_ns == built
+    assert (WORLD / "devel" / ".built").stat().st_mtime_ns == built

@@ -41,12 +41,12 @@ MAX_ADDRESS_SPACE = 6 << 30  # bytes, one process
 _CHECK_ADDRESS_SPACE = 3 << 30  # bytes, one process of the check
 MAX_FILE = 100 << 20  # bytes, one file
 MAX_CPU_S = 300  # one process
-_PROJECT_FOLDERS = ("catkin_ws", "world_ws", "workshop", "docker", ".mpc")
+_PROJECT_FOLDERS = ("catkin_ws", "world_ws", "workshop", "docker", ".venv")
 # Of the project, a student's program sees the world, the configuration that students get, and the
 # programs that call its modules, but neither the solution nor the tables of the checks.
 _PARTS = (
     *(WORLD, SOLUTION / PACKAGE / "config", Path(__file__).with_name("probes")),
-    PROJECT / ".mpc",  # the solver of the lab on MPC
+    PROJECT / ".venv",  # the solver of the lab on MPC
 )
 # ROS gives a new folder the owner of the folder above, which only root may do. No program of the
 # student has a reason to kill the process that sleeps beside it.

@@ -1,6 +1,6 @@
 """Train PPO of stable-baselines3 for some 100,000 steps, and print what it learned.
 
-Run it with .sb3/bin/python, which `docker/prepare sb3` makes.
+It needs stable-baselines3, which `docker/prepare sb3` installs.
 """
 
 import numpy as np
