@@ -70,17 +70,26 @@ def _block(line: int, language: str, words: list, text: str) -> Block:
         return Block(line, "keys", text, named.get("terminal"), window=named.get("window"))
     if language == "diff" and not named and len(plain) == 1:
         return Block(line, "edit", text, file=plain[0])
-    if not named and plain and "." in plain[0]:
-        if len(plain) == 1:
-            return Block(line, "write", text, file=plain[0])
-        if len(plain) == 3 and plain[1] == "TODO":
-            return Block(line, "write", text, file=plain[0], todo=plain[2])
-        if plain[1:] == ["line"]:
-            return Block(line, "change", text, file=plain[0])
-    raise GuideError(
-        f"line {line}: unknown block '{language} {' '.join(words)}'; "
-        "guide_blocks.py lists the known ones"
-    )
+    block = None if named else _block_of_a_file(line, plain, text)
+    if block is None:
+        raise GuideError(
+            f"line {line}: unknown block '{language} {' '.join(words)}'; "
+            "guide_blocks.py lists the known ones"
+        )
+    return block
+
+
+def _block_of_a_file(line: int, words: list, text: str) -> Block | None:
+    """Return a block with the words FILE, FILE TODO NUMBER or FILE line; None for other words."""
+    if not words or "." not in words[0]:
+        return None
+    if len(words) == 1:
+        return Block(line, "write", text, file=words[0])
+    if len(words) == 3 and words[1] == "TODO":
+        return Block(line, "write", text, file=words[0], todo=words[2])
+    if words[1:] == ["line"]:
+        return Block(line, "change", text, file=words[0])
+    return None
 
 
 def edited(text: str, block: Block) -> str:

@@ -56,6 +56,14 @@ def shown_map():
     return rospy.get_param("/sim/map_path", "")
 
 
+def command_line():
+    """Return the command that starts drives, and their folder."""
+    arguments = argparse.ArgumentParser()
+    arguments.add_argument("--drive-command", default="")
+    arguments.add_argument("--drives-folder", type=Path, default=Path("drives"))
+    return arguments.parse_args(rospy.myargv()[1:])
+
+
 class Cockpit:
     def __init__(self):
         rospy.init_node("cockpit")
@@ -74,11 +82,8 @@ class Cockpit:
         except (KeyError, TypeError, ValueError) as error:
             refuse(f"{error}; correct it in config/cockpit.yaml or config/manual_control.yaml")
         self.full_speed_mps = parameter("full_speed_mps")
-        arguments = argparse.ArgumentParser()
-        arguments.add_argument("--drive-command", default="")
-        arguments.add_argument("--drives-folder", type=Path, default=Path("drives"))
-        given = arguments.parse_args(rospy.myargv()[1:])
-        self.drives = DriveRunner(given.drive_command, given.drives_folder, self.on_drive_end)
+        options = command_line()
+        self.drives = DriveRunner(options.drive_command, options.drives_folder, self.on_drive_end)
         self.scenarios = scenario_names()
         self.address = parameter("address")
         self.access = Access(new_token(), is_loopback(self.address))
@@ -96,6 +101,21 @@ class Cockpit:
         self.drive_speed = DriveSpeed()
         self.executor = concurrent.futures.ThreadPoolExecutor(max_workers=4)
         self.master = rosgraph.Master(rospy.get_name())
+        # What the messages of a page do, by their type; all other types are services of the world.
+        self.actions = {
+            "drawn": self.count_picture,
+            "keys": self.control,
+            "pedals": self.control,
+            "show": self.show_mask,
+            "obstacle": self.place_obstacle,
+            "goal": self.set_goal,
+            "set": self.set_parameter,
+            "start": self.request_drive,
+            "stop": self.request_stop,
+            "drive": self.take_car,
+            "release": self.release_car,
+            "reverse": self.reverse,
+        }
 
         self.command_publisher = LoopPublisher(
             EGO + "/vehicle_control_cmd_manual", CarlaVehicleControl
@@ -202,37 +222,51 @@ class Cockpit:
 
     def receive(self, viewer, message):
         kind, values = message
-        if kind == "drawn":
-            viewer.drawn(values["picture"])
-        elif kind in ("keys", "pedals"):
-            self.driving.control(viewer.number, values, time.monotonic())
-        elif kind == "show":
-            viewer.shows_mask = values["mask"]
-            self.subscribe()
-        elif kind == "obstacle":
-            header = Header(stamp=rospy.Time(0), frame_id="map")
-            self.click_publisher.publish(header, Point(values["x"], values["y"], 0.0))
-        elif kind == "goal":
-            goal = PoseStamped(header=Header(stamp=rospy.Time(0), frame_id="map"))
-            goal.pose.position.x, goal.pose.position.y = values["x"], values["y"]
-            self.goal_publisher.publish(goal)
-        elif kind == "set":
-            self.executor.submit(self.reported, change_parameter, values["name"], values["value"])
-        elif kind == "start":
-            arguments = drive_arguments(values["scenario"], values["arguments"], self.scenarios)
-            self.executor.submit(self.reported, self.start_drive, values["scenario"], arguments)
-        elif kind == "stop":
-            self.executor.submit(self.reported, self.stop_drive)
-        elif kind == "drive":
-            self.driving.take(viewer.number, time.monotonic())
-            self.publish_command()
-        elif kind == "release":
-            self.driving.release(viewer.number)
-            self.publish_command()
-        elif kind == "reverse":
-            self.driving.toggle_reverse(viewer.number)
-        else:
+        action = self.actions.get(kind)
+        if action is None:
             self.executor.submit(self.call_sim, kind)
+        else:
+            action(viewer, values)
+
+    def count_picture(self, viewer, values):
+        viewer.drawn(values["picture"])
+
+    def control(self, viewer, values):
+        self.driving.control(viewer.number, values, time.monotonic())
+
+    def show_mask(self, viewer, values):
+        viewer.shows_mask = values["mask"]
+        self.subscribe()
+
+    def place_obstacle(self, _viewer, values):
+        header = Header(stamp=rospy.Time(0), frame_id="map")
+        self.click_publisher.publish(header, Point(values["x"], values["y"], 0.0))
+
+    def set_goal(self, _viewer, values):
+        goal = PoseStamped(header=Header(stamp=rospy.Time(0), frame_id="map"))
+        goal.pose.position.x, goal.pose.position.y = values["x"], values["y"]
+        self.goal_publisher.publish(goal)
+
+    def set_parameter(self, _viewer, values):
+        self.executor.submit(self.reported, change_parameter, values["name"], values["value"])
+
+    def request_drive(self, _viewer, values):
+        arguments = drive_arguments(values["scenario"], values["arguments"], self.scenarios)
+        self.executor.submit(self.reported, self.start_drive, values["scenario"], arguments)
+
+    def request_stop(self, _viewer, _values):
+        self.executor.submit(self.reported, self.stop_drive)
+
+    def take_car(self, viewer, _values):
+        self.driving.take(viewer.number, time.monotonic())
+        self.publish_command()
+
+    def release_car(self, viewer, _values):
+        self.driving.release(viewer.number)
+        self.publish_command()
+
+    def reverse(self, viewer, _values):
+        self.driving.toggle_reverse(viewer.number)
 
     def call_sim(self, name):
         try:

@@ -57,7 +57,7 @@ def drive(scenario: str = "", **arguments: Any) -> dict[str, Any]:
     return drive_result(scenario, **arguments).metrics
 
 
-def drive_result(
+def drive_result(  # noqa: PLR0913  all by name, as those of ./drive
     scenario: str = "",
     *,
     route: RouteSource | None = None,

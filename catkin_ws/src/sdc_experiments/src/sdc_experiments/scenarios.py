@@ -241,19 +241,24 @@ def run(options: SimpleNamespace) -> int:
         first = [(name, path, seed_of[name], lacking) for name in result["types"]]
         pictures = dict(zip(result["types"], results("plans", picture_of, first)))
     write(page, rows, result, options=options, worst=list(zip(driven, pages)), pictures=pictures)
-    for name, one in result["types"].items():
-        count, score = f"{one['successes']} of {one['drives']}", one["driving_score"]
-        naive = one["naive"] and "; naive {successes} of {drives}".format(**one["naive"])
-        print(f"{name}: {count}, driving score {score:.1f}{naive or ''}")
-    for problem in dict.fromkeys(problems):
-        print(f"scenarios: {problem}")
-    for name, word in result["broken"].items():
-        print(f"scenarios: {name} is broken: our driver and its naive one both {word}")
+    print_result(result, problems)
     driven_s = sum(row["duration_s"] for row in rows)
     print(f"scenarios: {driven_s:.0f} s of driving in {took_s:.0f} s on {cores} cores; see {page}")
     last = "driving score {driving_score:.1f}, success {success_percent:.1f} %".format(**result)
     print(f"scenarios: {result['drives']} drives of {len(result['types'])} types, {last}")
     return 1 if problems or result["broken"] else 0
+
+
+def print_result(result: Mapping[str, Any], problems: Sequence[str]) -> None:
+    """Print a line for each type, each problem and each broken type."""
+    for name, row in result["types"].items():
+        count, score = f"{row['successes']} of {row['drives']}", row["driving_score"]
+        naive = row["naive"] and "; naive {successes} of {drives}".format(**row["naive"])
+        print(f"{name}: {count}, driving score {score:.1f}{naive or ''}")
+    for problem in dict.fromkeys(problems):
+        print(f"scenarios: {problem}")
+    for name, word in result["broken"].items():
+        print(f"scenarios: {name} is broken: our driver and its naive one both {word}")
 
 
 def main() -> None:

@@ -18,7 +18,7 @@ from sdc_sim.simulation.shared_world import race
 from sdc_sim.simulation.snapshot import Snapshot
 
 
-def drive_cars(
+def drive_cars(  # noqa: PLR0913  all by name, as those of ./drive
     scenario: str = "",
     *,
     cars: int = 2,

@@ -177,13 +177,7 @@ class LaneGraph:
                 ):
                     best[following], came[following] = total, (number, through)
                     heapq.heappush(queue, (total + left_s[min(following, outer)], following))
-        if last not in best:
-            return None
-        way, at = [], last  # type: ignore[var-annotated]
-        while at is not None:
-            before, through = came[at]
-            way, at = [*through, at, *way], before  # type: ignore[assignment]
-        return way, best[last]
+        return None if last not in best else (_way_to(last, came), best[last])
 
     def _cost(self, number: int, through: Sequence[int]) -> float:
         """Return the cost of a way along edges [s]."""
@@ -192,6 +186,17 @@ class LaneGraph:
             total_s += next(cost for end, cost in self._edges[number] if end == following)
             number = following
         return total_s
+
+
+def _way_to(last: int, came: Mapping[int, tuple[int | None, list[int]]]) -> list[int]:
+    """Return the lanes of a way, from the lane before each lane and those between."""
+    way: list[int] = []
+    number: int | None = last
+    while number is not None:
+        before, through = came[number]
+        way = [*through, number, *way]
+        number = before
+    return way
 
 
 def _leads(lane: RoadLane, cars: Mapping[str, RoadLane]) -> Iterable[tuple[str, float]]:

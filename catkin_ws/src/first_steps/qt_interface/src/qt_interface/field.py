@@ -87,6 +87,22 @@ def _disc(point: Point, radius: float, colour: QColor, edge: QPen) -> Ellipse:
     return disc
 
 
+def _car() -> Rectangle:
+    """Return a car of 1 x 1 u at the origin, with an arrow in its direction, +x."""
+    car = Rectangle(-0.5, -0.5, 1.0, 1.0)
+    car.setBrush(CAR)
+    car.setPen(_pen(CAR_EDGE, 1.5))
+    car.setFlag(QGraphicsItem.ItemIsMovable)
+    car.setCursor(Qt.PointingHandCursor)
+    car.setZValue(2.0)
+    Line(0.5, 0.0, 1.05, 0.0, car).setPen(_pen(CAR_EDGE, 1.5))
+    corners = ((0.34, 0.0), (-0.2, 0.28), (-0.06, 0.0), (-0.2, -0.28))
+    arrow = Polygon(QPolygonF([QPointF(x, y) for x, y in corners]), car)
+    arrow.setBrush(Qt.white)
+    arrow.setPen(QPen(Qt.NoPen))
+    return car
+
+
 class Field(QGraphicsView):
     """A view of the field; its signals carry field units, and the mouse changes only the view."""
 
@@ -124,17 +140,7 @@ class Field(QGraphicsView):
         self.sensor = Ellipse()
         self.sensor.setBrush(_faint(SENSOR, 0.1))
         self.sensor.setPen(_pen(SENSOR, 1.5, Qt.DashLine))
-        self.car = Rectangle(-0.5, -0.5, 1.0, 1.0)
-        self.car.setBrush(CAR)
-        self.car.setPen(_pen(CAR_EDGE, 1.5))
-        self.car.setFlag(QGraphicsItem.ItemIsMovable)
-        self.car.setCursor(Qt.PointingHandCursor)
-        self.car.setZValue(2.0)
-        Line(0.5, 0.0, 1.05, 0.0, self.car).setPen(_pen(CAR_EDGE, 1.5))
-        corners = ((0.34, 0.0), (-0.2, 0.28), (-0.06, 0.0), (-0.2, -0.28))
-        arrow = Polygon(QPolygonF([QPointF(x, y) for x, y in corners]), self.car)
-        arrow.setBrush(Qt.white)
-        arrow.setPen(QPen(Qt.NoPen))
+        self.car = _car()
         for item in (self.sensor, self.car):
             item.hide()
             self.scene().addItem(item)

@@ -107,16 +107,29 @@ def run(options: SimpleNamespace) -> int:
     folder = Path(options.report)
     folder.mkdir(parents=True, exist_ok=True)
     record, page = (folder / f"{path.stem}{ending}" for ending in (".json", ".html"))
-    record.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     write_page(page, result=result, table=table, worst=worst, shown=shown)
-    submitted = ""
-    if source:
-        (folder / path.name).write_text(source, encoding="utf-8")
-        submitted = f"; the file to submit is {folder / path.name}"
-    print("\n".join([*lines(result), f"championship: see {page}, the record {record}{submitted}"]))
+    print(*lines(result), sep="\n")
+    print(f"championship: see {page}, {write_record(record, result, path.name, source)}")
     rank = 1 + sum(score > result["score"] for score in others.values())
     print(f"{last_line(result)}, rank {rank} of {len(others) + 1}")
     return 1 if result["problems"] else 0
+
+
+def write_record(record: Path, result: Mapping[str, Any], name: str, source: str) -> str:
+    """Write the record of a driver, and beside it the driver's file; return what names both.
+
+    Args:
+        record: path of the record
+        result: its content
+        name: name of the driver's file
+        source: content of that file, "" without one
+    """
+    record.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    if not source:
+        return f"the record {record}"
+    file = record.with_name(name)
+    file.write_text(source, encoding="utf-8")
+    return f"the record {record}; the file to submit is {file}"
 
 
 def lines(result: Mapping[str, Any]) -> list[str]:

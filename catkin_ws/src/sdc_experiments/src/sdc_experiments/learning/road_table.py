@@ -69,8 +69,7 @@ def find_places(
     segments: np.ndarray,
     ends: np.ndarray,
     roads: np.ndarray,
-    x_m: np.ndarray,
-    y_m: np.ndarray,
+    positions_m: tuple[np.ndarray, np.ndarray],
     near: np.ndarray,
     places: np.ndarray,
     first_car: int,
@@ -82,14 +81,14 @@ def find_places(
         segments: those of a RoadTable
         ends: those of a RoadTable
         roads: (N,) index of the route of each car
-        x_m: (N,) positions [m]
-        y_m: (N,) positions [m]
+        positions_m: x (N,) and y (N,) of each car [m]
         near: (4, N) last places
         places: (4, N) receives the places: column of the segment, arc length [m], distance
             of the car, positive left of the route [m], heading of the route, not wrapped [rad]
         first_car: first car to find
         last_car: the car after the last one to find
     """
+    x_m, y_m = positions_m
     for car in range(first_car, last_car):
         road = roads[car]
         last_segment = int(near[SEGMENT, car])

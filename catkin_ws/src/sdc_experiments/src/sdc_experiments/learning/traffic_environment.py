@@ -85,9 +85,16 @@ class TrafficVectorEnvironment(SdcVectorEnvironment):
         self._order = np.tile(np.arange(others + 1), (num_envs, 1))
         self._near = np.zeros((num_envs, self._lanes, 4))
         self._hits = np.zeros(num_envs, bool)
-        callees = world.is_in, world.acceleration, world.advantage
-        self._move = compiled(world.move_others, *callees)
-        self._look = compiled(world.look_around, *callees)
+        self._move = compiled(
+            world.move_others,
+            world.is_in,
+            world.acceleration,
+            world.advantage,
+            world.sort_along,
+            world.find_neighbours,
+            world.change_lane,
+        )
+        self._look = compiled(world.look_around, world.is_in)
         self._randoms = [seeding.np_random(None)[0] for _ in range(num_envs)]
 
     def reset(

@@ -64,6 +64,62 @@ def advantage(
     return own + _POLITENESS * others
 
 
+def sort_along(car: np.ndarray, row: np.ndarray) -> None:
+    """Sort the numbers of the cars along the ring, from the first one; changed in place."""
+    for i in range(1, len(row)):  # insertion sort: in a tick, the order hardly changes
+        k, j = row[i], i
+        while j > 0 and car[S, row[j - 1]] < car[S, k]:
+            row[j] = row[j - 1]
+            j -= 1
+        row[j] = k
+
+
+def find_neighbours(
+    car: np.ndarray, row: np.ndarray, ahead: np.ndarray, behind: np.ndarray
+) -> None:
+    """Find the car ahead of each car, and the car behind it, in each lane.
+
+    Args:
+        car: rows of the cars of a world
+        row: the cars along the ring, from the first one
+        ahead: (cars, lanes) receives the numbers of those ahead, -1 for none
+        behind: (cars, lanes) receives the numbers of those behind, -1 for none
+    """
+    count, lanes = ahead.shape
+    before, after = np.full(lanes, -1), np.full(lanes, -1)
+    for i in range(2 * count):  # twice round the ring: the first car follows the last one
+        k, j = row[i % count], row[count - 1 - i % count]
+        for lane in range(lanes):
+            ahead[k, lane], behind[j, lane] = before[lane], after[lane]
+            if is_in(car, k, lane):
+                before[lane] = k
+            if is_in(car, j, lane):
+                after[lane] = j
+
+
+def change_lane(
+    car: np.ndarray, tick: int, values: np.ndarray, ahead: np.ndarray, behind: np.ndarray
+) -> None:
+    """Let the first car with an advantage begin to change lanes, one car in a tick.
+
+    Args:
+        car: rows of the cars of a world; changed in place
+        tick: number of the tick
+        values: (cars,) acceleration of each car in its lane [m/s2]
+        ahead: see find_neighbours
+        behind: see find_neighbours
+    """
+    count, lanes = ahead.shape
+    for k in range(count - 1):
+        lane = int(car[LANE, k])
+        if (tick + k) % _EVERY or car[Y, k] != LANE_M * (lane - 1):
+            continue
+        for other in (lane + 1, lane - 1):
+            if 0 < other < lanes and advantage(car, k, other, values[k], ahead, behind) > _LEAST:
+                car[LANE, k] = other
+                return
+
+
 def move_others(
     cars: np.ndarray,
     order: np.ndarray,
@@ -86,37 +142,14 @@ def move_others(
     """
     count = cars.shape[2]
     ahead, behind = np.empty((count, lanes), np.int64), np.empty((count, lanes), np.int64)
-    before, after = np.empty(lanes, np.int64), np.empty(lanes, np.int64)
     values = np.empty(count)
     for world in range(first, last):
-        car, row = cars[world], order[world]
-        for i in range(1, count):  # insertion sort: in a tick, the order hardly changes
-            k, j = row[i], i
-            while j > 0 and car[S, row[j - 1]] < car[S, k]:
-                row[j] = row[j - 1]
-                j -= 1
-            row[j] = k
-        before[:] = -1
-        after[:] = -1
-        for i in range(2 * count):  # twice round the ring: the first car follows the last one
-            k, j = row[i % count], row[count - 1 - i % count]
-            for lane in range(lanes):
-                ahead[k, lane], behind[j, lane] = before[lane], after[lane]
-                if is_in(car, k, lane):
-                    before[lane] = k
-                if is_in(car, j, lane):
-                    after[lane] = j
-        has_changed = False
+        car = cars[world]
+        sort_along(car, order[world])
+        find_neighbours(car, order[world], ahead, behind)
         for k in range(count - 1):
-            lane = int(car[LANE, k])
-            values[k] = acceleration(car, k, ahead[k, lane])
-            if has_changed or (ticks[world] + k) % _EVERY or car[Y, k] != LANE_M * (lane - 1):
-                continue
-            for other in (lane + 1, lane - 1):
-                if 0 < other < lanes and not has_changed:
-                    has_changed = advantage(car, k, other, values[k], ahead, behind) > _LEAST
-                    if has_changed:
-                        car[LANE, k] = other
+            values[k] = acceleration(car, k, ahead[k, int(car[LANE, k])])
+        change_lane(car, ticks[world], values, ahead, behind)
         for k in range(count - 1):
             car[SPEED, k] = max(car[SPEED, k] + values[k] * tick_s, 0.0)
             car[S, k] = (car[S, k] + car[SPEED, k] * tick_s) % RING_M

@@ -60,7 +60,7 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
     # How a drive has ended, in the order of the indices of `_ends`.
     STATUSES: tuple[str, ...] = ("", "completed", "off_road")
 
-    def __init__(
+    def __init__(  # noqa: PLR0913  Gymnasium makes it by the names of the arguments
         self,
         num_envs: int = 1,
         random_routes: bool = False,
@@ -163,7 +163,8 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
         state, before = self._fleet.state, self._places
         places = self._places = np.empty_like(before)
         roads = self._table.segments, self._table.ends, self._roads
-        self._fleet.share(self._find_places, *roads, state["x_m"], state["y_m"], before, places)
+        positions_m = state["x_m"], state["y_m"]
+        self._fleet.share(self._find_places, *roads, positions_m, before, places)
         self._elapsed_s += obs.TICK_S
         speed = state["speed_mps"]
         self._halted_s = np.where(speed > obs.STANDSTILL_MPS, 0.0, self._halted_s + obs.TICK_S)

@@ -304,26 +304,42 @@ def _sites(network: Network, where: Mapping[str, Any], draw: random.Random) -> I
         if lane.junction or not least <= lane.speed_limit_mps + 0.1 <= most + 0.2:
             continue
         if where["at"] == "junction":
-            for way, _, name in network.ways.get(lane.id, ()):
-                has_sign = way.signal < 0 and way.line in (STOP, YIELD)
-                control = way.line if has_sign else network.junctions[name].kind
-                fits = control in where["control"] and way.direction.lower() in where["turn"]
-                if fits and len(network.junctions[name].connections) >= where.get("ways", 3):
-                    yield _Site(lane, lane.length_m, (network.lanes[way.end], 0.0), way)
+            yield from _junction_sites(network, lane, where)
         elif where["at"] == "stretch":
-            last_m = lane.length_m - where.get("end_m", 20.0)
-            for _ in range(_TRIES):
-                s_m = draw.uniform(_LEAST_M + _MARGIN_M, max(last_m, _LEAST_M))
-                if s_m < last_m and _is_street(network, lane, s_m, where):
-                    yield _Site(lane, s_m, (lane, s_m))
+            yield from _stretch_sites(network, lane, where, draw)
         elif bool(lane.predecessors) != bool(lane.successors) and lane.left:
-            # A lane that ends, or one that begins: from it the car changes, or to it.
-            beside = network.lanes[lane.left]
-            far = network.lanes.get(beside.left) if where.get("changes", 1) == 2 else beside
-            if far and where["at"] == "merge" and lane.predecessors:
-                yield _Site(lane, 0.0, (far, far.length_m))
-            elif far and where["at"] == "exit" and lane.successors:
-                yield _Site(lane, 0.0, (lane, lane.length_m), start=far)
+            yield from _lane_end_sites(network, lane, where)
+
+
+def _junction_sites(network: Network, lane: RoadLane, where: Mapping[str, Any]) -> Iterator[_Site]:
+    """Yield the ways from a lane through a junction of the kind."""
+    for way, _, name in network.ways.get(lane.id, ()):
+        has_sign = way.signal < 0 and way.line in (STOP, YIELD)
+        control = way.line if has_sign else network.junctions[name].kind
+        fits = control in where["control"] and way.direction.lower() in where["turn"]
+        if fits and len(network.junctions[name].connections) >= where.get("ways", 3):
+            yield _Site(lane, lane.length_m, (network.lanes[way.end], 0.0), way)
+
+
+def _stretch_sites(
+    network: Network, lane: RoadLane, where: Mapping[str, Any], draw: random.Random
+) -> Iterator[_Site]:
+    """Yield drawn places on a lane that have the neighbours and bends of the kind."""
+    last_m = lane.length_m - where.get("end_m", 20.0)
+    for _ in range(_TRIES):
+        s_m = draw.uniform(_LEAST_M + _MARGIN_M, max(last_m, _LEAST_M))
+        if s_m < last_m and _is_street(network, lane, s_m, where):
+            yield _Site(lane, s_m, (lane, s_m))
+
+
+def _lane_end_sites(network: Network, lane: RoadLane, where: Mapping[str, Any]) -> Iterator[_Site]:
+    """Yield a lane that ends, from which the car changes, or one that begins, to which it does."""
+    beside = network.lanes[lane.left]
+    far = network.lanes.get(beside.left) if where.get("changes", 1) == 2 else beside
+    if far and where["at"] == "merge" and lane.predecessors:
+        yield _Site(lane, 0.0, (far, far.length_m))
+    elif far and where["at"] == "exit" and lane.successors:
+        yield _Site(lane, 0.0, (lane, lane.length_m), start=far)
 
 
 def _is_street(network: Network, lane: RoadLane, s_m: float, where: Mapping[str, Any]) -> bool:

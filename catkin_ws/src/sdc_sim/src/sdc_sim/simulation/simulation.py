@@ -56,7 +56,7 @@ class Simulation:
         OccupiedError: an obstacle is at the start pose
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913  what is not given by name is not in the world
         self,
         vehicle: Vehicle,
         tick_s: float,

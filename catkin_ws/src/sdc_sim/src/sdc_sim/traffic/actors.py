@@ -168,32 +168,35 @@ class ScriptedTraffic:
         self, body: _Body, car: ObstacleState, time_s: float
     ) -> Iterator[tuple[float, float]]:
         """Yield distance and speed of what is ahead on the way: others, the car, a red light."""
-        actor, s, half_m = body.actor, body.s_m, 0.5 * body.actor.size_m[0]
         reach_m = 15.0 + 2.0 * body.speed_mps + body.speed_mps**2 / _BRAKING_MPS2
+        looks = body.actor.looks
         others = []
-        for one in self._bodies if actor.looks else ():
-            if one.line is body.line:
-                if 0.0 < one.s_m - s < reach_m:
-                    yield one.s_m - s - half_m - 0.5 * one.actor.size_m[0], one.speed_mps
-            elif one.state is not None:
-                others.append(one.state)
-        if actor.looks or car.speed_mps < _AT_REST_MPS:
+        if looks:
+            yield from self._on_same_line(body, reach_m)
+            bodies = (other for other in self._bodies if other.line is not body.line)
+            others = [other.state for other in bodies if other.state is not None]
+        if looks or car.speed_mps < _AT_REST_MPS:
             others.append(car)
         if body.state is None:
             return
         for other in others:
-            reach = reach_m + other.length_m
-            if abs(other.x_m - body.state.x_m) > reach or abs(other.y_m - body.state.y_m) > reach:
-                continue
-            place = body.line.project(other.x_m, other.y_m, s, 0.0, reach)
-            turned = other.yaw_rad - place.heading_rad
-            cos, sin = math.cos(turned), abs(math.sin(turned))
-            across_m = 0.5 * (other.length_m * sin + other.width_m * abs(cos) + actor.size_m[1])
-            if place.distance_m < across_m + _BESIDE_M and place.s_m > s:
-                along_m = 0.5 * (other.length_m * abs(cos) + other.width_m * sin)
-                yield place.s_m - s - along_m - half_m, other.speed_mps * cos
-        for line_m, light in self._stops[id(body.line)] if actor.looks else ():
-            gap_m = line_m - s - half_m - _BEFORE_LINE_M
+            yield from _on_way(body, body.state, other, reach_m)
+        if looks:
+            yield from self._red_lights(body, reach_m, time_s)
+
+    def _on_same_line(self, body: _Body, reach_m: float) -> Iterator[tuple[float, float]]:
+        """Yield distance and speed of the bodies ahead on the line of a body."""
+        for other in self._bodies:
+            if other.line is body.line and 0.0 < other.s_m - body.s_m < reach_m:
+                half_m = 0.5 * body.actor.size_m[0]
+                yield other.s_m - body.s_m - half_m - 0.5 * other.actor.size_m[0], other.speed_mps
+
+    def _red_lights(
+        self, body: _Body, reach_m: float, time_s: float
+    ) -> Iterator[tuple[float, float]]:
+        """Yield distance and speed 0 of red and yellow lights at which a body can stop."""
+        for line_m, light in self._stops[id(body.line)]:
+            gap_m = line_m - body.s_m - 0.5 * body.actor.size_m[0] - _BEFORE_LINE_M
             can_stop = gap_m > body.speed_mps**2 / (2.0 * _FOR_RED_MPS2) - _BEFORE_LINE_M
             is_near = can_stop and 0.0 < gap_m + _BEFORE_LINE_M < reach_m
             if is_near and light.state(time_s) in (RED, YELLOW):
@@ -221,3 +224,27 @@ class ScriptedTraffic:
         body.s_m = body.before_m = last_m - body.actor.size_m[0] - gap_s * speed_mps
         body.speed_mps, body.id = speed_mps, self._next_id
         self._next_id += 1
+
+
+def _on_way(
+    body: _Body, state: ObstacleState, other: ObstacleState, reach_m: float
+) -> Iterator[tuple[float, float]]:
+    """Yield distance and speed of another road user if it is ahead on the way of a body.
+
+    Args:
+        body: the body
+        state: where it is
+        other: the other road user
+        reach_m: distance within which it matters [m]
+    """
+    reach_m += other.length_m
+    if abs(other.x_m - state.x_m) > reach_m or abs(other.y_m - state.y_m) > reach_m:
+        return
+    length_m, width_m = body.actor.size_m[:2]
+    place = body.line.project(other.x_m, other.y_m, body.s_m, 0.0, reach_m)
+    turned = other.yaw_rad - place.heading_rad
+    cos, sin = math.cos(turned), abs(math.sin(turned))
+    across_m = 0.5 * (other.length_m * sin + other.width_m * abs(cos) + width_m)
+    if place.distance_m < across_m + _BESIDE_M and place.s_m > body.s_m:
+        along_m = 0.5 * (other.length_m * abs(cos) + other.width_m * sin)
+        yield place.s_m - body.s_m - along_m - 0.5 * length_m, other.speed_mps * cos
