@@ -1,16 +1,13 @@
-"""Roads to plan on, and limits and margins to plan with."""
+"""Roads to plan on, and the shipped parameters of the planners to plan with."""
 
 import math
 
 import numpy as np
 
-from sdc_common.planning.speed_profile import SpeedLimits
-from sdc_package.obstacle_prediction import ObstacleMargins
-from sdc_package.traffic_lights import TrafficLightMargins
+from sdc_common.configuration import node_config
+from sdc_package.planner_settings import PlannerSettings
 
-OBSTACLES = ObstacleMargins(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)
-LIMITS = SpeedLimits(cruise_mps=10.0, lateral_mps2=3.0, acceleration_mps2=1.8, braking_mps2=2.5)
-TRAFFIC_LIGHTS = TrafficLightMargins(gap_m=1.0, reaction_s=0.5, hardest_mps2=6.0, car_front_m=2.35)
+SETTINGS = PlannerSettings.read(node_config("sdc_package", "local_planner").__getitem__)
 
 
 def straight(length, step=1.0):

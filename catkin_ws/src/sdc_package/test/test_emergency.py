@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from sdc_common.configuration import node_config
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.road_line import road_route
 from sdc_map.lane_graph import LaneGraph, drawn_places
@@ -13,14 +14,16 @@ from sdc_package.behaviour.streets import StreetBehaviour, StreetMargins
 from sdc_testing.street_maps import needs_maps
 
 pytestmark = needs_maps
-MARGINS = StreetMargins(1.0, 3.0, 1.5, 1.0, 4.0, 1.6, 7.0, 2.35)
+PARAMETERS = node_config("sdc_package", "local_planner")
+MARGINS = StreetMargins(**PARAMETERS["streets"])
+BRAKING_MPS2 = PARAMETERS["braking_mps2"]
 SPEED_MPS, TICK_S, WIDTH_M = 8.0, 0.05, 3.5
 QUARTER = 0.5 * np.pi
 
 
 @pytest.fixture(scope="module", name="street")
 def _street():
-    """The car's streets and route, and where 60 m straight road with an oncoming lane begin."""
+    """A network, a route, and where 60 m straight road with an oncoming lane begin on it."""
     network = load_network(map_file("town"))
     graph = LaneGraph(network)
     for seed in range(20):
@@ -31,13 +34,11 @@ def _street():
             (x, y), yaw = route.line.point_at(s_m + 20.0), route.line.heading_at(s_m)
             x, y = x - WIDTH_M * np.sin(yaw), y + WIDTH_M * np.cos(yaw)
             if np.ptp(route.heading[ahead]) < 0.02 and network.nearest(x, y, yaw + np.pi, 1.0):
-                streets = StreetBehaviour(network, MARGINS)
-                streets.follow(route, np.full(len(route.s), 10.0), 2.5)
-                return streets, route, float(s_m)
+                return network, route, float(s_m)
     raise AssertionError("the town has no straight road")
 
 
-def one_at(street, ahead_m, left_m, turned_rad, speed_mps, number=7):
+def car_at(street, ahead_m, left_m, turned_rad, speed_mps, number=7):
     _, route, s_m = street
     (x, y), yaw = route.line.point_at(s_m), route.line.heading_at(s_m)
     x += ahead_m * np.cos(yaw) - left_m * np.sin(yaw)
@@ -45,13 +46,14 @@ def one_at(street, ahead_m, left_m, turned_rad, speed_mps, number=7):
     return DetectedObstacle(x, y, yaw + turned_rad, 4.5, 1.8, speed_mps, number, "car")
 
 
-def brakes(street, plans, speed_mps=SPEED_MPS):
-    """Return the decision after these plans, each with what the car sees."""
-    streets, _, s_m = street
-    streets.stop(s_m, speed_mps, (), 60.0)  # forget those of the last test
+def decision(street, plans, speed_mps=SPEED_MPS):
+    """Return whether our car brakes hard after plans with these obstacles, and for whom."""
+    network, route, s_m = street
+    streets = StreetBehaviour(network, MARGINS)
+    streets.follow(route, np.full(len(route.s), 10.0), BRAKING_MPS2)
     for seen in plans:
         streets.stop(s_m, speed_mps, seen, 60.0)
-    return streets.must_brake_hard(s_m, speed_mps, plans[-1])
+    return streets.must_brake_hard(s_m, speed_mps, plans[-1]), streets.details.get("obstacle")
 
 
 @pytest.mark.parametrize(
@@ -75,18 +77,17 @@ def brakes(street, plans, speed_mps=SPEED_MPS):
 def test_car_brakes_hard_only_where_a_firm_stop_ends_in_a_contact(
     street, place, speed_mps, expected
 ):
-    street[0].details["obstacle"] = "another one"
-    assert brakes(street, [[one_at(street, *place, speed_mps)]]) is expected
-    assert (street[0].details["obstacle"] == "car 7") is expected
-    assert not brakes(street, [[one_at(street, *place, speed_mps)]], speed_mps=0.0)
+    plans = [[car_at(street, *place, speed_mps)]]
+    assert decision(street, plans) == (expected, "car 7" if expected else None)
+    assert decision(street, plans, speed_mps=0.0) == (False, None)
 
 
 @pytest.mark.parametrize(("gain_mps2", "expected"), [(3.0, True), (0.0, False)])
 def test_car_sees_that_one_beside_its_way_starts(street, gain_mps2, expected):
     speeds_mps = [0.0, 0.0] + [0.5 + gain_mps2 * TICK_S * n for n in range(6)]
     speeds_mps = speeds_mps if gain_mps2 else [0.2] * 8
-    plans = [[one_at(street, 7.0, -3.9, QUARTER, mps)] for mps in speeds_mps]
-    assert brakes(street, plans) is expected
+    plans = [[car_at(street, 7.0, -3.9, QUARTER, mps)] for mps in speeds_mps]
+    assert decision(street, plans)[0] is expected
 
 
 @pytest.mark.parametrize(
@@ -95,10 +96,10 @@ def test_car_sees_that_one_beside_its_way_starts(street, gain_mps2, expected):
 )
 def test_car_sees_that_one_beside_it_turns_into_its_way(street, turn_radps, left_m, expected):
     turned = [turn_radps * TICK_S * n for n in range(6)]
-    plans = [[one_at(street, 4.0, left_m, rad, 5.0)] for rad in turned]
-    assert brakes(street, plans) is expected
+    plans = [[car_at(street, 4.0, left_m, rad, 5.0)] for rad in turned]
+    assert decision(street, plans)[0] is expected
 
 
 def test_those_without_an_id_are_not_taken_for_each_other(street):
-    away = [one_at(street, 7.0, -6.0, 0.0, 9.0, 0), one_at(street, 9.0, 6.0, np.pi, 0.0, 0)]
-    assert not brakes(street, [away, away[::-1], away])
+    away = [car_at(street, 7.0, -6.0, 0.0, 9.0, 0), car_at(street, 9.0, 6.0, np.pi, 0.0, 0)]
+    assert decision(street, [away, away[::-1], away]) == (False, None)

@@ -1,14 +1,15 @@
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from planned_roads import LIMITS, OBSTACLES, TRAFFIC_LIGHTS, straight
+from planned_roads import SETTINGS, straight
 
 from sdc_common.geometry.route import Route
 from sdc_common.planning.speed_profile import speed_profile
-from sdc_package.local_planner import LocalPlanner, OffRouteError, PlannerSettings
+from sdc_package.local_planner import LocalPlanner, OffRouteError
 from sdc_package.waypoint_search import WaypointSearch
 
 
@@ -17,9 +18,8 @@ def twice_round(radius=20.0, turns=1.2):
     return np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
 
 
-def planner(points, lookahead_m=25.0):
-    settings = PlannerSettings(LIMITS, lookahead_m, 20.0, OBSTACLES, TRAFFIC_LIGHTS)
-    return LocalPlanner(points, settings)
+def planner(points, **changes):
+    return LocalPlanner(points, dataclasses.replace(SETTINGS, **changes))
 
 
 def path_ahead(local, x, y, yaw):
@@ -37,13 +37,14 @@ def test_speed_profile_keeps_every_limit_on_any_route(pieces):
             [[0.0, 0.0], np.column_stack([np.cumsum(np.cos(heading)), np.cumsum(np.sin(heading))])]
         )
     )
-    speed = speed_profile(route, LIMITS)
+    limits = SETTINGS.limits
+    speed = speed_profile(route, limits)
     assert speed[-1] == 0.0
-    assert (speed <= 10.0).all()
-    assert (speed**2 * np.abs(route.curvature) <= 3.0 + 1e-9).all()
+    assert (speed <= limits.cruise_mps).all()
+    assert (speed**2 * np.abs(route.curvature) <= limits.lateral_mps2 + 1e-9).all()
     change = np.diff(speed**2) / (2.0 * np.diff(route.s))
-    assert (change <= 1.8 + 1e-9).all()
-    assert (change >= -2.5 - 1e-9).all()
+    assert (change <= limits.acceleration_mps2 + 1e-9).all()
+    assert (change >= -limits.braking_mps2 - 1e-9).all()
 
 
 def test_path_starts_ahead_of_the_car_and_ends_at_the_lookahead_distance():

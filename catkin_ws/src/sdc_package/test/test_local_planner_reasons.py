@@ -1,14 +1,15 @@
 """What limits the speed at the first point of a path, and the stops that lower its speeds."""
 
+import dataclasses
 import math
 import os
 
 import pytest
-from planned_roads import LIMITS, OBSTACLES, TRAFFIC_LIGHTS, bend, straight
+from planned_roads import SETTINGS, bend, straight
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.planning.stop_line import GREEN, RED, YELLOW, StopLine
-from sdc_package.local_planner import LocalPlanner, PlannerSettings
+from sdc_package.local_planner import LocalPlanner
 from sdc_package.traffic_lights import TrafficLightMonitor
 from sdc_package.waypoint_search import WaypointSearch
 
@@ -19,12 +20,11 @@ LIGHT = 7
 
 
 def planner(points):
-    settings = PlannerSettings(LIMITS, 25.0, 20.0, OBSTACLES, TRAFFIC_LIGHTS)
-    return LocalPlanner(points, settings)
+    return LocalPlanner(points, SETTINGS)
 
 
 def lights(line_x_m, state):
-    monitor = TrafficLightMonitor(TRAFFIC_LIGHTS)
+    monitor = TrafficLightMonitor(SETTINGS.traffic_lights)
     monitor.lines = {LIGHT: StopLine(line_x_m, 0.0, 1.75)}
     monitor.states = {LIGHT: state}
     return monitor
@@ -33,7 +33,7 @@ def lights(line_x_m, state):
 def reason_at(local, x, y=0.0, yaw=0.0, speed=10.0, obstacles=(), light=None):
     first = WaypointSearch(local.route.points).first_ahead(x, y)
     rows = local.plan(first, x, y, yaw, obstacles)
-    local.stop_for(light or TrafficLightMonitor(TRAFFIC_LIGHTS), rows, speed)
+    local.stop_for(light or TrafficLightMonitor(SETTINGS.traffic_lights), rows, speed)
     return local.reason
 
 
@@ -80,11 +80,15 @@ def test_red_light_is_the_reason_until_it_turns_green_and_then_the_car_accelerat
     assert reason_at(local, 130.0, speed=9.5, light=lights(100.0, GREEN)) == "cruise"
 
 
-@pytest.mark.parametrize(("x", "stops"), [(71.6, True), (71.7, False)])
-def test_car_stops_for_yellow_if_its_comfortable_braking_is_enough(x, stops):
-    """It takes 20 m and 5 m of reaction, to 1 m before the line."""
-    local = planner(straight(200.0))
-    rows = local.stop_for(lights(100.0, YELLOW), local.plan(int(x) + 1, x, 0.0, 0.0), 10.0)
+@pytest.mark.parametrize(("spare_m", "stops"), [(0.05, True), (-0.05, False)])
+def test_car_stops_for_yellow_if_its_comfortable_braking_is_enough(spare_m, stops):
+    # The path reaches beyond the place of the stop.
+    local = LocalPlanner(straight(200.0), dataclasses.replace(SETTINGS, lookahead_m=30.0))
+    margins, speed_mps = SETTINGS.traffic_lights, 10.0
+    braking_m = speed_mps**2 / (2.0 * SETTINGS.limits.braking_mps2)
+    stop_x_m = 100.0 - margins.gap_m - margins.car_front_m
+    x = stop_x_m - braking_m - margins.reaction_s * speed_mps - spare_m
+    rows = local.stop_for(lights(100.0, YELLOW), local.plan(int(x) + 1, x, 0.0, 0.0), speed_mps)
     assert (rows[-1, 2] == 0.0) == stops
 
 

@@ -11,14 +11,12 @@ from carla_msgs.msg import (
     CarlaTrafficLightStatusList,
 )
 from nav_msgs.msg import Odometry
+from planned_roads import SETTINGS
 from sdc_msgs.msg import Obstacle, ObstacleArray
 
 from sdc_common.planning.stop_line import GREEN, RED
 from sdc_common.ros import refusal
 from sdc_package.planner_inputs import PlannerInputs
-from sdc_package.traffic_lights import TrafficLightMargins
-
-MARGINS = TrafficLightMargins(gap_m=1.0, reaction_s=0.5, hardest_mps2=6.0, car_front_m=2.35)
 
 
 def odometry(seconds):
@@ -44,7 +42,7 @@ class Record:
 
     def __init__(self, started=True):
         self.answers = []
-        self.inputs = PlannerInputs(self.answer, MARGINS)
+        self.inputs = PlannerInputs(self.answer, SETTINGS.traffic_lights)
         if started:
             self.inputs.start()
 
@@ -124,7 +122,7 @@ def test_bad_positions_of_traffic_lights_are_refused(log):
     light = CarlaTrafficLightInfo(id=7)
     light.transform.orientation.w = 1.0
     light.trigger_volume.size.x, light.trigger_volume.size.y = 1.0, 3.5
-    inputs = PlannerInputs(lambda message: None, MARGINS)
+    inputs = PlannerInputs(lambda message: None, SETTINGS.traffic_lights)
     inputs.add_light_info(CarlaTrafficLightInfoList(traffic_lights=[light]))
     assert inputs.traffic_lights.lines[7].half_width_m == pytest.approx(1.75)
     light.transform.position.x = math.nan
@@ -134,7 +132,7 @@ def test_bad_positions_of_traffic_lights_are_refused(log):
 
 
 def test_detected_obstacle_has_the_values_of_the_message():
-    inputs = PlannerInputs(lambda message: None, MARGINS)
+    inputs = PlannerInputs(lambda message: None, SETTINGS.traffic_lights)
     message = obstacles(1.0, 30.0)
     message.obstacles[0].pose.orientation.z = math.sin(0.25)
     message.obstacles[0].pose.orientation.w = math.cos(0.25)

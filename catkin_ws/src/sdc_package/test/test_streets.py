@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from sdc_common.configuration import node_config
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.road_line import road_route
 from sdc_map.crossings import crossings, places_along
@@ -17,8 +18,9 @@ from sdc_package.behaviour.streets import StreetBehaviour, StreetMargins
 from sdc_testing.street_maps import needs_maps
 
 pytestmark = needs_maps
-FRONT_M = 2.35
-MARGINS = StreetMargins(1.0, 3.0, 1.5, 1.0, 4.0, 1.6, 7.0, FRONT_M)
+PARAMETERS = node_config("sdc_package", "local_planner")
+MARGINS = StreetMargins(**PARAMETERS["streets"])
+FRONT_M, BRAKING_MPS2 = MARGINS.car_front_m, PARAMETERS["braking_mps2"]
 HORIZON_M = 60.0
 
 
@@ -47,7 +49,7 @@ def _crossing(request, town):
                 continue
             if one.has_stop_sign == (request.param == "sign"):
                 streets = StreetBehaviour(network, MARGINS)
-                streets.follow(route, np.full(len(route.s), 10.0), 2.5)
+                streets.follow(route, np.full(len(route.s), 10.0), BRAKING_MPS2)
                 return network, streets, route, one
     raise AssertionError("the town has no such junction")
 
@@ -123,7 +125,7 @@ def test_car_gives_way_to_one_that_takes_it_without_braking(town, braking_mps2, 
         if one[1] and {way.is_first for way in one[1][0].conflicts} == {False}
     )
     streets = StreetBehaviour(network, MARGINS)
-    streets.follow(route, np.full(len(route.s), 9.0), 2.5)
+    streets.follow(route, np.full(len(route.s), 9.0), BRAKING_MPS2)
     s_m = found[0].line_m - FRONT_M - MARGINS.gap_m - 6.0
     for tick in range(30):  # it comes from 25 m to 13 m, and needs 3.9 m/s^2 there to stop
         speed_mps = 9.0 + braking_mps2 * (1.5 - 0.05 * tick)
@@ -163,7 +165,7 @@ def test_car_stops_nearer_to_a_crosswalk_rather_than_harder(town, ahead_m, neare
     for route, _ in drives(*town):
         for walk in crosswalks_on(route, network.crosswalks):
             streets = StreetBehaviour(network, MARGINS)
-            streets.follow(route, np.full(len(route.s), 9.0), 2.5)
+            streets.follow(route, np.full(len(route.s), 9.0), BRAKING_MPS2)
             middle_m = 0.5 * (walk.begin_m + walk.end_m)
             walker = walker_at(route, middle_m)
             stop_m = walk.begin_m - FRONT_M - MARGINS.gap_m
@@ -183,7 +185,7 @@ def test_one_that_comes_from_the_next_lane_matters(town, turned_rad, speed_mps, 
     goal = lane.line.point_at(lane.length_m - 2.0)
     route = road_route(plan_mission(graph, [goal], *lane.line.point_at(2.0)).points_m)
     streets = StreetBehaviour(network, MARGINS)
-    streets.follow(route, np.full(len(route.s), 9.0), 2.5)
+    streets.follow(route, np.full(len(route.s), 9.0), BRAKING_MPS2)
     yaw = left.heading_at(25.0) + turned_rad
     beside = DetectedObstacle(*left.line.point_at(25.0), yaw, 4.5, 1.8, speed_mps)
     assert bool(streets.relevant(10.0, 8.0, [beside])) == matters
@@ -224,7 +226,7 @@ def test_one_on_the_way_of_the_car_is_followed_and_not_given_way(town):
     network, seen = town[0], 0
     for route, found in drives(*town):
         streets = StreetBehaviour(network, MARGINS)
-        streets.follow(route, np.full(len(route.s), 9.0), 2.5)
+        streets.follow(route, np.full(len(route.s), 9.0), BRAKING_MPS2)
         for one in found:
             for way in one.conflicts:
                 if not (way.merges and way.is_first):
@@ -261,7 +263,7 @@ def test_pedestrian_after_a_junction_hides_no_one_with_right_of_way(town):
             if not after or not any(way.is_first for way in one.conflicts):
                 continue
             streets = StreetBehaviour(network, MARGINS)
-            streets.follow(route, np.full(len(route.s), 9.0), 2.5)
+            streets.follow(route, np.full(len(route.s), 9.0), BRAKING_MPS2)
             walker = walker_at(route, 0.5 * (after[0].begin_m + after[0].end_m))
             assert at_line(streets, one, 3.0, [walker], before_m=3.0)[1] == "crosswalk"
             other = coming(network, one, 12.0, 8.0)

@@ -4,6 +4,7 @@ from types import SimpleNamespace as Message
 
 import numpy as np
 import pytest
+from planned_roads import SETTINGS
 
 from sdc_common.geometry.route import Route
 from sdc_common.planning.stop_line import GREEN, RED, YELLOW, StopLine
@@ -11,10 +12,10 @@ from sdc_common.ros.conversion import stop_lines
 from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 
 OFF, UNKNOWN = 3, 4
-MARGINS = TrafficLightMargins(gap_m=1.0, reaction_s=0.5, hardest_mps2=6.0, car_front_m=2.35)
+MARGINS, BRAKING_MPS2 = SETTINGS.traffic_lights, SETTINGS.limits.braking_mps2
 STRAIGHT = Route(np.column_stack([np.arange(201.0), np.zeros(201)]))
-LINE, BRAKING = 100.0, 2.5
-STOP = LINE - 1.0 - 2.35
+LINE = 100.0
+STOP = LINE - MARGINS.gap_m - MARGINS.car_front_m
 
 
 def lights(state, x=LINE, y=0.0):
@@ -25,7 +26,7 @@ def lights(state, x=LINE, y=0.0):
 
 
 def stop(monitor, from_s, speed, horizon=60.0):
-    return monitor.stop_s(STRAIGHT, from_s, speed, BRAKING, horizon)
+    return monitor.stop_s(STRAIGHT, from_s, speed, BRAKING_MPS2, horizon)
 
 
 @pytest.mark.parametrize(
@@ -36,14 +37,14 @@ def test_car_stops_a_gap_before_the_line_for_red_and_yellow(state, stops):
     assert stop(lights(state), 60.0, 10.0) == (pytest.approx(STOP) if stops else None)
 
 
-# At 10 m/s a comfortable stop takes 20 m and 5 m of reaction; a hard one takes 8.3 m and 5 m
+# At 10 m/s a comfortable stop takes 21.7 m and 5 m of reaction; a hard one takes 8.3 m and 5 m
 # and may use the gap before the line.
 @pytest.mark.parametrize(
     ("state", "room_m", "stops"),
     [
-        (YELLOW, 25.1, True),
-        (YELLOW, 24.9, False),
-        (RED, 24.9, True),
+        (YELLOW, 26.8, True),
+        (YELLOW, 26.6, False),
+        (RED, 26.6, True),
         (RED, 13.4 - 1.0, True),
         (RED, 13.3 - 1.0, False),
     ],
@@ -54,7 +55,7 @@ def test_car_that_cannot_stop_any_more_drives_through(state, room_m, stops):
 
 def test_car_that_has_begun_to_stop_continues_until_green():
     monitor = lights(YELLOW)
-    assert stop(monitor, STOP - 26.0, 10.0) is not None
+    assert stop(monitor, STOP - 27.0, 10.0) is not None
     assert stop(monitor, STOP - 10.0, 9.0) is not None, "the car has begun to stop"
     monitor.set_states([Message(id=7, state=RED)], stamped=True)
     assert stop(monitor, STOP - 0.5, 0.3) is not None
