@@ -51,6 +51,8 @@ WRONG = [
     ("drive", "traffic:=5", "traffic:=5 needs streets; name a map, such as map:=Town01.xodr"),
     ("drive", "goal:=1,2", "goal:=1,2 needs streets; name a map"),
     ("drive", "cars:=2 truth:=false", "truth:=false is for one car; leave out cars"),
+    ("drive", "cars:=2 perception:=lane", "perception:=lane is for one car; leave out cars"),
+    ("drive", "localization:=true cars:=3", "localization:=true is for one car; leave out cars"),
     ("test", "--nope", "unknown argument '--nope'; did you mean '--ignore'?"),
     ("test", "--quik", "did you mean '--quick'?"),
     ("test", "tests/nope.py", "'tests/nope.py': unknown name, and no such file"),

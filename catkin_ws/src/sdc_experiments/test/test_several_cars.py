@@ -109,21 +109,6 @@ def test_nodes_drive_as_the_library_and_each_car_has_its_report(tmp_path, left_m
     assert report.with_name("report_ego_vehicle.json").read_text() == report.read_text()
 
 
-@pytest.mark.parametrize(
-    ("argument", "line"),
-    [
-        ("cars:=9", "drive: cars:=9 is not valid; use cars:=1 to cars:=8"),
-        ("localization:=true", "drive: localization:=true is for one car; leave out cars:=2"),
-        ("perception:=lane", "drive: perception:=lane is for one car; leave out cars:=2"),
-    ],
-)
-def test_what_several_cars_cannot_do_is_refused_in_one_line(tmp_path, argument, line):
-    done = subprocess.run(
-        [DRIVE, "cars:=2", argument], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert (done.returncode, done.stderr, done.stdout) == (2, line + "\n", "")
-
-
 def test_group_of_a_car_replaces_all_topics_of_its_nodes_and_its_referee():
     """Those of the world stay, and with `truth: false` there is one car."""
     package, world = (rospkg.RosPack().get_path(name) for name in ("sdc_package", "sdc_sim"))
