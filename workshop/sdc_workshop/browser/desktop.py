@@ -151,8 +151,8 @@ def terminal(title: str, command: str) -> str:
 
 def main(arguments: Sequence[str]) -> None:
     """Serve the desktop until Ctrl-C."""
-    options = parse("workshop/desktop", arguments)
     with service.errors_in_one_line("desktop"), tempfile.TemporaryDirectory() as name:
+        options = parse("workshop/desktop", arguments)
         folder = Path(name)
         with service.Programs(folder / "log") as programs:
             port = service.free_port(options.ip, options.port)

@@ -118,8 +118,8 @@ def _workspace(text: str) -> Path:
 
 def main(arguments: Sequence[str]) -> None:
     """Serve JupyterLab until Ctrl-C."""
-    options = parse("workshop/browser", arguments)
     with service.errors_in_one_line("browser"), tempfile.TemporaryDirectory() as name:
+        options = parse("workshop/browser", arguments)
         folder = Path(name)
         with service.Programs(folder / "log") as programs:
             workspace = _workspace(os.path.expanduser(options.workspace))

@@ -14,6 +14,8 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+from sdc_experiments.commands import WordError
+
 PORTS_TO_TRY = 50
 TOKEN_VARIABLE = "JUPYTER_TOKEN"
 _START_S = 120.0
@@ -119,10 +121,10 @@ class Programs:
 
 @contextlib.contextmanager
 def errors_in_one_line(program: str) -> Iterator[None]:
-    """Turn a ServiceError or OSError into one line and status 1, and Ctrl-C into status 0."""
+    """Turn an error of this module, a word or a file into one line and status 1; Ctrl-C into 0."""
     try:
         yield
-    except (ServiceError, OSError) as error:
+    except (ServiceError, WordError, OSError) as error:
         print(f"{program}: {error}", file=sys.stderr)
         sys.exit(1)
     except KeyboardInterrupt:
