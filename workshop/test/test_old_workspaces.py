@@ -1,0 +1,115 @@
+"""Workspaces that were started before maps were in sdc_map go on working."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+import yaml
+from finished_workspace import build
+
+from sdc_testing.street_maps import needs_maps
+from sdc_workshop.exam.student import Student
+from sdc_workshop.steps import load_steps
+from sdc_workshop.workspace import PROJECT, SOLUTION, make, solve
+
+pytestmark = pytest.mark.slow(40)
+
+IMPORTS = yaml.safe_load(Path(__file__).with_name("old_imports.yaml").read_text(encoding="utf-8"))
+# Modules that were in sdc_sim.road; `crossings` was in the car.
+MOVED = ("network", "network_file", "lane_graph", "mission", "opendrive_lanes")
+LAB = "behaviour"
+
+
+@pytest.fixture(scope="module")
+def workspace(tmp_path_factory):
+    """A finished workspace of the behaviour lab, with the car; maps have their old names."""
+    folder = tmp_path_factory.mktemp("old") / "ws"
+    make(folder, LAB)
+    for step in load_steps(LAB):
+        solve(folder, step)
+    library = folder / "src" / "sdc_package" / "src" / "sdc_package"
+    crossings = SOLUTION / "sdc_map" / "src" / "sdc_map" / "crossings.py"
+    shutil.copy(crossings, library / "behaviour" / "crossings.py")
+    changed = {path.name for path in sorted((folder / "src").rglob("*.py")) if give_old_names(path)}
+    assert {"global_planner.py", "crossings.py", "driver.py", "lanes.py"} <= changed
+    build(folder)
+    return folder
+
+
+def give_old_names(path):
+    """Import maps by their old names in a file; return whether it imports them."""
+    text = path.read_text(encoding="utf-8")
+    old = re.sub(rf"\bsdc_map\.({'|'.join(MOVED)})\b", r"sdc_sim.road.\1", text)
+    old = old.replace("sdc_map.crossings", "sdc_package.behaviour.crossings")
+    path.write_text(old, encoding="utf-8")
+    assert "sdc_map" not in old, path
+    return old != text
+
+
+def run(folder, *command):
+    return subprocess.run(
+        command,
+        env=Student(folder).environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+
+
+def test_all_names_that_workspaces_import_are_there(workspace):
+    lines = [
+        f"from {module} import {', '.join(names.split())}" for module, names in IMPORTS.items()
+    ]
+    done = run(workspace, "python3", "-c", "\n".join(lines))
+    assert done.returncode == 0, done.stdout
+
+
+def test_old_and_new_names_are_the_same_modules(workspace):
+    lines = ["import importlib, sdc_sim.road"]
+    for name in MOVED:
+        lines.append(f"old = importlib.import_module('sdc_sim.road.{name}')")
+        lines.append(
+            f"assert old is importlib.import_module('sdc_map.{name}') is sdc_sim.road.{name}"
+        )
+    done = run(workspace, "python3", "-c", "\n".join(lines))
+    assert done.returncode == 0, done.stdout
+
+
+@needs_maps
+def test_old_command_prints_what_is_in_a_map(workspace):
+    done = run(workspace, "python3", "-m", "sdc_sim.road.network_file", "town")
+    assert done.stdout.startswith("town: 281 lanes for cars"), done.stdout
+
+
+@needs_maps
+def test_old_car_plans_on_a_map(workspace):
+    nodes = workspace / "src" / "sdc_package" / "scripts"
+    program = f"""
+from sdc_testing import load_script
+load_script("{nodes}/local_planner.py")
+node = load_script("{nodes}/global_planner.py")
+from sdc_behaviour import drives
+from sdc_package.behaviour import streets
+network = node.load_network("town")
+mission = node.GlobalPlanner(network, [(171.45, 206.75)]).update(92.8, -302.4, 0.0)
+assert mission.ends_m[-1] > 1000.0
+assert streets.__file__.startswith("{workspace}") and streets.Network is type(network)
+"""
+    done = run(workspace, "python3", "-c", program)
+    assert done.returncode == 0, done.stdout
+
+
+def test_old_lab_passes_its_checks(workspace, sandboxed):
+    done = subprocess.run(
+        [PROJECT / "workshop" / "check", "behaviour-1"],
+        cwd=workspace,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
