@@ -24,8 +24,6 @@ LAYERS = {
     "sdc_cockpit": ("sdc_sim", "sdc_package"),
     "sdc_experiments": LABS,
 }
-# This test of the car still needs the world.
-WITH_WORLD = {"test_mpc.py"}
 # The same inside sdc_sim; its other modules and scripts may import from all of them.
 SIM_LAYERS = {
     "yaml_document": 0,
@@ -101,8 +99,6 @@ def test_tests_import_only_from_their_own_layer_and_lower_ones(package):
     allowed = below(package) | {package}
     for path in sorted((folder(package) / "test").rglob("*.py")):
         used = {name.split(".")[0] for name in imported_modules(path)} & set(LAYERS)
-        if package == "sdc_package" and path.name in WITH_WORLD:
-            used -= {"sdc_sim"}
         assert used <= allowed, f"{path} imports {sorted(used - allowed)}"
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from sdc_common.configuration import node_config
 from sdc_common.driving import Command
 from sdc_mpc.motion_estimator import MotionFilter, TickModel, Y
 from sdc_package.actuation import PedalMap, SteeringMap
@@ -15,7 +16,7 @@ from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import load_steering
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
-from sdc_sim.scenario.packaged import folder_of, node_config
+from sdc_sim.scenario.packaged import folder_of
 
 CONFIG = node_config("sdc_package", "simple_controller")
 AXLES = Axles(**CONFIG["axles"])
