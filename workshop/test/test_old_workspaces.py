@@ -17,8 +17,10 @@ from sdc_workshop.workspace import PROJECT, SOLUTION, make, solve
 pytestmark = pytest.mark.slow(40)
 
 IMPORTS = yaml.safe_load(Path(__file__).with_name("old_imports.yaml").read_text(encoding="utf-8"))
-# Modules that were in sdc_sim.road; `crossings` was in the car.
+# Modules of sdc_map that were in sdc_sim.road.
 MOVED = ("network", "network_file", "lane_graph", "mission", "opendrive_lanes")
+# Modules of sdc_map that were in sdc_package, with their names there.
+OF_CAR = {"crossings": "behaviour.crossings", "global_planner": "global_planner"}
 LAB = "behaviour"
 
 
@@ -30,8 +32,9 @@ def workspace(tmp_path_factory):
     for step in load_steps(LAB):
         solve(folder, step)
     library = folder / "src" / "sdc_package" / "src" / "sdc_package"
-    crossings = SOLUTION / "sdc_map" / "src" / "sdc_map" / "crossings.py"
-    shutil.copy(crossings, library / "behaviour" / "crossings.py")
+    for name, old_name in OF_CAR.items():
+        new = SOLUTION / "sdc_map" / "src" / "sdc_map" / f"{name}.py"
+        shutil.copy(new, library / f"{old_name.replace('.', '/')}.py")
     changed = {path.name for path in sorted((folder / "src").rglob("*.py")) if give_old_names(path)}
     assert {"global_planner.py", "crossings.py", "driver.py", "lanes.py"} <= changed
     build(folder)
@@ -42,7 +45,8 @@ def give_old_names(path):
     """Import maps by their old names in a file; return whether it imports them."""
     text = path.read_text(encoding="utf-8")
     old = re.sub(rf"\bsdc_map\.({'|'.join(MOVED)})\b", r"sdc_sim.road.\1", text)
-    old = old.replace("sdc_map.crossings", "sdc_package.behaviour.crossings")
+    for name, old_name in OF_CAR.items():
+        old = old.replace(f"sdc_map.{name}", f"sdc_package.{old_name}")
     path.write_text(old, encoding="utf-8")
     assert "sdc_map" not in old, path
     return old != text
