@@ -1,6 +1,5 @@
 """Let pytest run the rostests (*.test) with the unit tests, so that one result counts them all."""
 
-import ctypes
 import importlib.util
 import os
 import re
@@ -38,17 +37,16 @@ _LIMIT_S = 400
 _SHARE_OF_LIMIT = 0.125
 
 
-_CLONE_NEWNET = 0x40000000
-
-
 def pytest_configure(config):
     """Give each worker a loopback network of its own, where that is permitted.
 
     A ROS master asks the old address of a killed node to shut down when the node starts again. A
     program of another worker may have got that address.
     """
-    if hasattr(config, "workerinput") and ctypes.CDLL(None).unshare(_CLONE_NEWNET) == 0:
-        subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
+    if hasattr(config, "workerinput"):
+        from sdc_common.processes import isolate_network
+
+        isolate_network()
 
 
 def pytest_collect_file(file_path, parent):

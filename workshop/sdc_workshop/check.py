@@ -12,6 +12,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Sequence
 
+from sdc_common.processes import isolate_network
 from sdc_experiments.commands import WordError, parse
 from sdc_workshop import progress, quiz
 from sdc_workshop.exam.answer import PASSED, Answer
@@ -168,6 +169,7 @@ def main(arguments: Sequence[str]) -> int:
         if options.solution:
             apply_solution(folder, steps)
             return 0
+        isolate_network()
         if options.watch:
             return watch(folder, steps, Show(sys.stdout))
         return check(folder, steps, Show(sys.stdout), options.json, options.seed)

@@ -216,6 +216,8 @@ def test_same_seed_draws_the_same_arguments(folder):
 
 
 def test_watch_checks_again_when_a_file_is_saved(folder):
+    namespaces = ["unshare", "--map-root-user", "--net", "true"]
+    can_isolate = subprocess.run(namespaces, capture_output=True).returncode == 0
     watch = subprocess.Popen(
         [CHECK, "--watch", "messages-7", "messages-9"],
         cwd=folder,
@@ -230,6 +232,9 @@ def test_watch_checks_again_when_a_file_is_saved(folder):
             while not lines or "Waiting for you" not in lines[-1]:
                 lines.append(watch.stdout.readline())
                 assert lines[-1], "it ended early"
+            if can_isolate:
+                network = os.readlink(f"/proc/{watch.pid}/ns/net")
+                assert network != os.readlink("/proc/self/ns/net"), "other programs reach the check"
             assert f"\n{step_id}: " in "".join(lines)
             solve(folder, find_step(step_id))
         assert watch.wait(60) == 0

@@ -37,7 +37,7 @@ NEVER_RETURNED = "it never returned, and was ended"
 
 
 class Stage:
-    """A temporary folder, and a ROS master on a free port in this process.
+    """A temporary folder, and a ROS master in this process.
 
     The end of the `with` block ends all programs. There is one stage in a process: rospy keeps its
     first master.
@@ -90,10 +90,9 @@ class Stage:
             os.environ.pop("ROS_HOSTNAME", None)
             from rosmaster.master import Master
 
-            from sdc_common.ros.drive_master import free_master_port
-
             limit_requests(self.report)
-            self._master = Master(port=free_master_port())
+            # The kernel chooses the port, which no drive chooses for a master that it starts later.
+            self._master = Master(port=0)
             self._master.start()
             port = self._master.uri.rstrip("/").rpartition(":")[2]
             self._master.uri = f"http://127.0.0.1:{port}"

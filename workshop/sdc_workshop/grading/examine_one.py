@@ -19,6 +19,7 @@ import tempfile
 from dataclasses import asdict
 from pathlib import Path
 
+from sdc_common.processes import isolate_network
 from sdc_workshop.exam.answer import Answer
 from sdc_workshop.exam.examination import Examination
 from sdc_workshop.exam.sandbox import Sandbox
@@ -58,6 +59,8 @@ def main() -> None:
     os.umask(0o022)
     if sys.argv[4] != NO_SANDBOX:
         sandbox = Sandbox(workspace, int(sys.argv[4]), record.contained)
+    else:
+        isolate_network()
     seed, lab, ids = sys.argv[5], sys.argv[6], sys.argv[7:]
     steps = [step for step in load_steps(lab) if step.id in ids or not ids]
     with Stage(Student(workspace), sandbox, seed) as stage:

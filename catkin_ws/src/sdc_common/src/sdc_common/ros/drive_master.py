@@ -8,6 +8,8 @@ it belongs to this user and neither a simulator nor a cockpit runs on it, such a
 another terminal. A master that the user has chosen is never replaced: if a drive runs on it, this
 program prints one line and ends with status 2. The same holds with the argument sim:=false, because
 another program drives the world on that master.
+
+Where no master runs yet, the command must start it: see `sdc_common.ros.safe_launch`.
 """
 
 from __future__ import annotations
@@ -26,6 +28,8 @@ from typing import Any, NamedTuple
 DEFAULT_PORT = 11311
 # The master that an enclosing program, such as ./cockpit, has chosen for this one.
 CHOSEN_VARIABLE = "SDC_MASTER_URI"
+# Set if no master runs yet, so that the command does not join one that appears meanwhile.
+NEW_MASTER_VARIABLE = "SDC_NEW_MASTER"
 _LOOPBACK = ("localhost", "127.0.0.1")
 _CALLER = "/drive_master"
 _TIMEOUT_S = 3.0
@@ -53,6 +57,10 @@ def reserve(name: str) -> socket.socket | None:
     return reservation
 
 
+def _port_name(port: int) -> str:
+    return f"ros_master_port_{port}"
+
+
 def free_master_port() -> int:
     """Return a port for a ROS master, which this function returns to no other running process.
 
@@ -60,7 +68,7 @@ def free_master_port() -> int:
         OSError: no port is free
     """
     for port in _PORTS:
-        if (reservation := reserve(f"ros_master_port_{port}")) is not None:
+        if (reservation := reserve(_port_name(port))) is not None:
             with socket.socket() as probe, contextlib.suppress(OSError):
                 probe.bind(("", port))
                 _reserved.append(reservation)
@@ -121,14 +129,17 @@ def choose_master(
     if environment.get(CHOSEN_VARIABLE) == uri:
         return ChosenMaster(uri)
     reservation, user = None, ""
-    if address.hostname in _LOOPBACK:
+    is_local = address.hostname in _LOOPBACK
+    if is_local:
         reservation = reserve(f"ros_drive_master_{address.port}")
         user = "" if reservation else "another drive or cockpit"
     user = running_node(uri, ("/referee" if joins_world else "/sim", "/cockpit")) or user
-    is_default = address.hostname in _LOOPBACK and address.port == default_port
+    is_default = is_local and address.port == default_port
     if is_default and not joins_world:
         user = user or _owner_other_than_this_user(uri)
     if not user:
+        if is_local and (held := reserve(_port_name(address.port))) is not None:
+            _reserved.append(held)
         return ChosenMaster(uri, reservation=reservation)
     if reservation is not None:
         reservation.close()
@@ -152,8 +163,12 @@ def _owner_other_than_this_user(uri: str) -> str:
         return "another program"
 
 
-def clear_parameters(uri: str) -> None:
-    """Delete the parameters of nodes that do not run: an earlier drive left them on this master."""
+def clear_parameters(uri: str) -> bool:
+    """Delete the parameters of nodes that do not run: an earlier drive left them on this master.
+
+    Returns:
+        whether a master responds
+    """
     master = _proxy(uri)
     with contextlib.suppress(*_NO_ANSWER):
         state = master.getSystemState(_CALLER)[2]
@@ -162,6 +177,8 @@ def clear_parameters(uri: str) -> None:
             # Those of the master itself are "roslaunch" and single values.
             if isinstance(value, dict) and name not in {"roslaunch", *running}:
                 master.deleteParam(_CALLER, f"/{name}")
+        return True
+    return False
 
 
 def main() -> None:
@@ -183,9 +200,10 @@ def main() -> None:
             flush=True,
         )
     if not joins_world:
-        clear_parameters(chosen.uri)
-    if chosen.reservation is not None:
-        chosen.reservation.set_inheritable(True)
+        os.environ[NEW_MASTER_VARIABLE] = "" if clear_parameters(chosen.uri) else "1"
+    # The command holds the reservations of this process: its master has not taken the port yet.
+    for reservation in (*_reserved, *filter(None, [chosen.reservation])):
+        reservation.set_inheritable(True)
     os.environ.update({"ROS_MASTER_URI": chosen.uri, CHOSEN_VARIABLE: chosen.uri})
     os.execvp(command[0], command)
 

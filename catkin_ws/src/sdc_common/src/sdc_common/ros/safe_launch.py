@@ -1,19 +1,25 @@
-"""Run roslaunch without evaluating expressions in parameter files.
+"""Run roslaunch without evaluating expressions in parameter files, on a master of this user.
 
 Usage: python3 -m sdc_common.ros.safe_launch PACKAGE FILE.launch [ARG:=VALUE ...]
 
 ROS evaluates `!radians pi/2` and `rad(pi/2)` in YAML files as Python, so that a parameter file can
 run any code. Here such a line is an error.
+
+roslaunch joins any master that responds. Where `drive_master` has found none, another program may
+start one on the same port before roslaunch does. Then this launch ends with an error.
 """
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 
 import roslaunch
 import rosparam  # adds the expressions to YAML's safe loader
 import yaml
+
+from sdc_common.ros.drive_master import NEW_MASTER_VARIABLE
 
 
 def refuse_expression(_loader: yaml.SafeLoader, node: yaml.ScalarNode) -> None:
@@ -44,6 +50,9 @@ def main() -> None:
     assert rosparam  # imported first, so that its constructors are replaced
     for tag in ("!radians", "!degrees"):
         yaml.SafeLoader.add_constructor(tag, refuse_expression)
+    if os.environ.pop(NEW_MASTER_VARIABLE, ""):
+        # roslaunch refuses a master with another id than its own, which it asks the master for.
+        roslaunch.rlutil.get_or_generate_uuid = lambda *_: roslaunch.core.generate_run_id()
     roslaunch.main(["roslaunch", *map(one_line, sys.argv[1:])])
 
 
