@@ -57,7 +57,7 @@ def reserve(name: str) -> socket.socket | None:
     return reservation
 
 
-def _port_name(port: int) -> str:
+def _port_name(port: int | None) -> str:
     return f"ros_master_port_{port}"
 
 

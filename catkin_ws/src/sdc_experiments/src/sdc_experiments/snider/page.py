@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from typing import Iterator, Mapping
+from typing import Any, Iterator, Mapping
 
 import matplotlib
 
@@ -117,7 +117,7 @@ def draw(peaks: Peaks, path: str) -> None:
 
 
 def _draw_course(axis: plt.Axes, peaks: Peaks, course: str) -> None:
-    marker = {"mfc": "white", "mew": 2.0, "ms": 9}
+    marker: dict[str, Any] = {"mfc": "white", "mew": 2.0, "ms": 9}
     for method, values in PAPER_M[course].items():
         found = [peaks[UNDERSTEERING, course, method, v].point_m for v in SPEEDS_MPS]
         shown = [peak if peak < _MAX_PEAK_M else math.nan for peak in found]

@@ -77,7 +77,7 @@ class GroundShadows:
                 cv2.fillPoly(
                     shade,
                     [fixed_point((outline - origin_m) * scale)],
-                    int(255 * self._weather.shade),
+                    (int(255 * self._weather.shade),),
                     cv2.LINE_AA,
                     FIXED_POINT_BITS,
                 )

@@ -140,12 +140,12 @@ class RoadRasterizer:
         green = np.full((SIDE_PX, SIDE_PX), 255, np.uint8)
 
         def fill(band: int, rows: np.ndarray, plane: np.ndarray, value: int) -> None:
-            own, folds = quads[band], folded[band]
+            own, folds, colour = quads[band], folded[band], (value,)
             for k in rows.tolist():
                 if folds[k]:
-                    cv2.fillPoly(plane, own[k : k + 1], value, canvas.line_type, FIXED_POINT_BITS)
+                    cv2.fillPoly(plane, own[k : k + 1], colour, canvas.line_type, FIXED_POINT_BITS)
                 else:
-                    cv2.fillConvexPoly(plane, own[k], value, canvas.line_type, FIXED_POINT_BITS)
+                    cv2.fillConvexPoly(plane, own[k], colour, canvas.line_type, FIXED_POINT_BITS)
 
         every = np.arange(len(near))
         for band in range(_ROADWAY):
@@ -161,7 +161,7 @@ class RoadRasterizer:
             for band in range(_ROADWAY, len(brightness)):
                 fill(band, rows, paved, brightness[band])
             for quad in dashes:
-                cv2.fillConvexPoly(paved, quad, paint, canvas.line_type, FIXED_POINT_BITS)
+                cv2.fillConvexPoly(paved, quad, (paint,), canvas.line_type, FIXED_POINT_BITS)
         return halve(paved), halve(green)
 
     def _bands(self, canvas: Canvas) -> tuple[np.ndarray, list[int], float, int]:

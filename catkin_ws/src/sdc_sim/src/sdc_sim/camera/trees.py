@@ -105,7 +105,7 @@ def _tree_sprite(seed: int) -> np.ndarray:
     crown_y = round(2 * high * (1.0 - CROWN_CENTRE_SHARE))
     trunk = np.array([[192 - foot, 511], [192 + foot, 511], [199, 300], [187, 300]], np.int32)
     shaded = np.array([[194, 511], [204, 511], [199, 300], [194, 300]], np.int32)
-    cv2.fillPoly(alpha, [trunk], 255)
+    cv2.fillPoly(alpha, [trunk], (255,))
     cv2.fillPoly(colour, [trunk], (46, 62, 80))
     cv2.fillPoly(colour, [shaded], (34, 46, 60))
     tint = rng.uniform(0.85, 1.15, 3) * np.array([44.0, 100.0, 70.0])
@@ -117,7 +117,7 @@ def _tree_sprite(seed: int) -> np.ndarray:
     for x, y, r in sorted(leaves, key=lambda leaf: leaf[2], reverse=True):
         lit = 0.62 + 0.5 * np.clip(0.5 - 0.34 * (x - 192) / 142 - 0.62 * (y - crown_y) / 138, 0, 1)
         lit *= rng.uniform(0.82, 1.16)
-        cv2.circle(alpha, (int(x), int(y)), int(r), 255, -1)
+        cv2.circle(alpha, (int(x), int(y)), int(r), (255,), -1)
         cv2.circle(colour, (int(x), int(y)), int(r), tuple(0.8 * lit * tint), -1)
         cv2.circle(
             colour, (int(x - 0.2 * r), int(y - 0.25 * r)), int(0.72 * r), tuple(lit * tint), -1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Callable
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -92,7 +93,7 @@ def draw_map(axes: Axes, result: DriveEvaluation) -> None:
     if progress.rules.map:
         lanes = [lane.points_m for lane in load_network(progress.rules.map).driving]
         axes.add_collection(LineCollection(lanes, color=ROAD, linewidth=2), autolim=False)
-    round_ends = {"solid_capstyle": "round", "solid_joinstyle": "round"}
+    round_ends: dict[str, Any] = {"solid_capstyle": "round", "solid_joinstyle": "round"}
     axes.plot(*road, color=ROAD, linewidth=12, zorder=1, **round_ends)
     axes.plot(*road, color="white", linewidth=1, dashes=(4, 4), zorder=2)
     line = _driven_line(progress.rows)
@@ -120,7 +121,7 @@ def draw_map(axes: Axes, result: DriveEvaluation) -> None:
         style = {"color": colour, "markersize": size, "zorder": zorder, "label": label}
         axes.plot(*point, marker, markeredgecolor="white", **style)
     axes.legend(loc="best", framealpha=0.9)
-    place = {"location": "top", "fraction": 0.035, "aspect": 45, "pad": 0.02}
+    place: dict[str, Any] = {"location": "top", "fraction": 0.035, "aspect": 45, "pad": 0.02}
     axes.figure.colorbar(line, ax=axes, label="cross-track error [m]", **place)
 
 
@@ -258,7 +259,7 @@ def write_png(path: str, result: DriveEvaluation) -> None:
     metrics = result.metrics
     status, shown = metrics["status"], headline(metrics)
     figure = new_figure(16.0, 9.0, 12.0)
-    bold = {"weight": "bold", "va": "center"}
+    bold: dict[str, Any] = {"weight": "bold", "va": "center"}
     colour = GREEN if status == COMPLETED else RED
     figure.text(0.02, 0.945, status.replace("_", " "), fontsize=30, color=colour, **bold)
     for number, (name, value) in enumerate(shown):

@@ -265,7 +265,9 @@ class _Placer:
             at_m = -speed * (_reach_s(meets_m, _CAR_MPS, _CAR_MPS2) + row["comes_s"])
         drawn = ([_drawn(one, draw) for one in step] for step in row.get("steps", ()))
         steps = tuple((after_s, mps * limit_mps, rate) for after_s, mps, rate in drawn)
-        same = {key: row[key] for key in ("within_m", "within_s", "looks") if key in row}
+        same: dict[str, Any] = {
+            key: row[key] for key in ("within_m", "within_s", "looks") if key in row
+        }
         if "meets_s" in row:
             meets_s = row["meets_s"] + _reach_s(-at_m, *steps[0][1:])
             near_m = row.get("meets_mps", 0.0) * meets_s
