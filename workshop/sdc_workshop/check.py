@@ -74,12 +74,16 @@ def end(folder: Path, steps: list, answers: dict, show: Show) -> None:
 
 
 def stamps(folder: Path) -> dict:
-    """Return (time, permissions) of each file that saving or building changes, by its path."""
+    """Return (time, permissions) of each file that saving or building changes, by its path.
+
+    Folders are left out: keeping the answers changes the time of one.
+    """
     found = [folder / "devel" / "setup.bash", *sorted((folder / "src").rglob("*"))]
     found += sorted((folder / "devel" / "lib").glob("python3*/dist-packages/*/msg/*.py"))
     times = {}
     for path in found:
-        if path.name not in _NOT_WATCHED and not path.name.endswith(("~", ".pyc")):
+        is_watched = path.name not in _NOT_WATCHED and not path.name.endswith(("~", ".pyc"))
+        if is_watched and not path.is_dir():
             with contextlib.suppress(OSError):
                 entry = path.stat()
                 times[str(path)] = entry.st_mtime_ns, entry.st_mode

@@ -10,7 +10,7 @@ import time
 import pytest
 
 from sdc_workshop import progress
-from sdc_workshop.check import end
+from sdc_workshop.check import end, stamps
 from sdc_workshop.exam import process
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer
 from sdc_workshop.exam.examination import Examination
@@ -243,6 +243,14 @@ def test_watch_checks_again_when_a_file_is_saved(folder):
         watch.kill()
         watch.wait()
         watch.stdout.close()
+
+
+def test_kept_answers_are_no_saved_file(folder):
+    before = stamps(folder)
+    progress.keep(folder, {"messages-7": Answer(WRONG)})
+    assert stamps(folder) == before
+    (folder / CAMERA).write_text("")
+    assert stamps(folder) != before
 
 
 def test_wrong_step_is_explained_before_an_unfinished_one():
