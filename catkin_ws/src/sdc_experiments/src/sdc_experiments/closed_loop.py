@@ -183,7 +183,9 @@ def own_planner(
         return MissionDriver(points_m, settings, lines, missions, road_mps), points_m
     lights = TrafficLightMonitor(settings.traffic_lights)
     lights.lines = dict(lines)
-    manoeuvres = StayOnRoute if lacking == "behaviour" else Manoeuvres
+    manoeuvres: type[Manoeuvres | StayOnRoute] = Manoeuvres
+    if lacking == "behaviour":
+        manoeuvres = StayOnRoute
     margins = StreetMargins(**limits["streets"])
     driver = StreetPlanner(missions.network, settings, margins, lights, missions, manoeuvres)
     driver.follow(points_m, road_mps)
