@@ -21,7 +21,7 @@ from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
 from sdc_workshop.show import Show
 from sdc_workshop.steps import StepError, chosen, find_step, load_steps
-from sdc_workshop.workspace import PROJECT, make, solve, solved_steps
+from sdc_workshop.workspace import PROJECT, make, solve, solved_steps, write
 
 pytestmark = pytest.mark.slow(10)
 
@@ -227,7 +227,13 @@ def test_watch_checks_again_when_a_file_is_saved(folder):
         text=True,
     )
     try:
-        for step_id in ("messages-7", "messages-9"):
+        # The second change breaks a step that was right.
+        for step_id, changed, is_right in (
+            ("messages-7", "messages-7", True),
+            ("messages-9", "messages-7", False),
+            ("messages-7", "messages-7", True),
+            ("messages-9", "messages-9", True),
+        ):
             lines = []
             while not lines or "Waiting for you" not in lines[-1]:
                 lines.append(watch.stdout.readline())
@@ -236,7 +242,10 @@ def test_watch_checks_again_when_a_file_is_saved(folder):
                 network = os.readlink(f"/proc/{watch.pid}/ns/net")
                 assert network != os.readlink("/proc/self/ns/net"), "other programs reach the check"
             assert f"\n{step_id}: " in "".join(lines)
-            solve(folder, find_step(step_id))
+            if is_right:
+                solve(folder, find_step(changed))
+            else:
+                write(folder, find_step(changed), "float32 z\n")
         assert watch.wait(60) == 0
         assert "2 of 2" in watch.stdout.read()
     finally:

@@ -50,7 +50,9 @@ def test_time_of_a_step_counts_from_the_step_before(tmp_path, monkeypatch):
         (180, 0, PASSED),
         (480, 1, PASSED),
         (960, 0, WRONG),
+        (480 + 3 * 3600, 2, PASSED),
     ):
         monkeypatch.setattr(progress.time, "time", lambda now_s=now_s: now_s)
         progress.keep(tmp_path, {STEPS[step]: Answer(status)})
-    assert minutes(progress.times(tmp_path)) == {STEPS[0]: 2.0, STEPS[1]: 5.0}
+    taken = minutes(progress.times(tmp_path))
+    assert taken == {STEPS[0]: 2.0, STEPS[1]: 5.0, STEPS[2]: 60.0}, "who is away is at no step"

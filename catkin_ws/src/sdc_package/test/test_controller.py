@@ -78,6 +78,15 @@ def test_stop_brakes_along_the_last_path(controller):
     assert controller.steering.places == [(3, 1.0, 0.0)] * 2
 
 
+def test_controller_drives_on_after_a_stop_as_if_it_were_new(controller):
+    fresh = controller.command(at(9.0, speed=4.0), PATH)
+    for tick in range(40):
+        controller.command(at(9.05 + 0.05 * tick, speed=1.0), PATH)
+    controller.stop(at(11.5), PATH)
+    controller.last_answered = None
+    assert controller.command(at(9.0, speed=4.0), PATH) == fresh
+
+
 def test_stop_holds_the_steering_without_a_path(controller):
     assert controller.stop(at(1.0), None).steer == 0.0
     steer = controller.command(at(1.5), PATH).steer

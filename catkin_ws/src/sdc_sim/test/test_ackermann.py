@@ -59,6 +59,15 @@ def test_target_of_zero_holds_the_vehicle():
     assert commands[-1].throttle == 0.0
 
 
+def test_vehicle_starts_from_rest_as_if_it_had_not_driven_before():
+    _, _, vehicle = drive(AckermannTarget(), 0.0)
+    used = AckermannControl(vehicle.parameters, GAINS)
+    drive(AckermannTarget(speed_mps=15.0), 20.0, control=used)
+    drive(AckermannTarget(), 1.0, control=used)
+    start = AckermannTarget(speed_mps=5.0)
+    assert drive(start, 2.0, control=used)[1] == drive(start, 2.0)[1]
+
+
 @pytest.mark.parametrize(("start", "wanted"), [(5.0, -3.0), (-3.0, 4.0)])
 def test_change_of_direction_starts_with_the_brake(start, wanted):
     states, commands, _ = drive(AckermannTarget(speed_mps=wanted), 3.0, speed_mps=start)

@@ -69,6 +69,9 @@ def test_single_odometry_far_away_does_not_end_the_drive():
     assert drive.samples[-1].cross_track_m == pytest.approx(0.0)
     assert drive.samples[-1].s_m == pytest.approx(20.0)
     assert drive.metrics(10.0)["cross_track_max_m"] > 30.0, "the metrics contain it"
+    drive.update(2.05, 25.0, 30.0, 0.0, 10.0)
+    assert drive.samples[-1].s_m > 24.0
+    assert drive.completion_percent == pytest.approx(20.0), "the car has not passed that place"
 
 
 def test_drive_that_need_not_stop_is_completed_where_it_passes_the_end():
