@@ -42,6 +42,9 @@ def master(port):
     for node in nodes:
         node.shutdown()
         node.server_close()
+    # A thread whose socket is only closed, as stop() does, computes until the end of all tests.
+    server.master_node.is_shutdown = True
+    server.master_node.server.shutdown()
     server.stop()
 
 
