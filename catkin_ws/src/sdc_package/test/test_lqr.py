@@ -53,10 +53,10 @@ def test_gains_are_stable_and_optimal(speed):
     gains = np.array(lqr_gains(speed, AXLES, GYRATION, weights, steer_weight, tick))
     a, b = error_model(speed, AXLES, GYRATION)
     # Many small Euler steps give the sampled system without the matrix exponential.
-    fine, small = np.eye(4), tick / 40000
-    held = np.zeros((4, 1))
-    for _ in range(40000):
-        fine, held = fine + small * a @ fine, held + small * (a @ held + b)
+    small = tick / 40000
+    step = np.block([[np.eye(4) + small * a, small * b], [np.zeros((1, 4)), np.eye(1)]])
+    many = np.linalg.matrix_power(step, 40000)
+    fine, held = many[:4, :4], many[:4, 4:]
     assert np.abs(np.linalg.eigvals(fine - held @ gains[np.newaxis])).max() < 0.9999
 
     def cost(k):

@@ -164,6 +164,7 @@ def test_list_of_nodes_drives_and_its_path_is_read_and_recorded(
     assert (path.waypoints[0].yaw, path.waypoints[0].v) == (0.5, 5.0)
 
 
+@pytest.mark.nightly
 def test_nodes_of_the_original_workshop_drive_by_the_commands_of_the_page(
     workspace, route, environment, tmp_path
 ):

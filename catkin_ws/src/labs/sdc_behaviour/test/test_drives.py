@@ -41,6 +41,7 @@ def test_driver_who_sees_no_one_ahead_collides():
     assert drive_scene("brake", 1, lambda scene: LaneProposal(0, 30.0), rss=blind).collisions == 1
 
 
+@pytest.mark.nightly
 def test_rude_lane_changes_make_others_brake():
     means_mps, hardest_mps2 = zip(*map(polite, (0.0, 4.0)))
     assert means_mps[0] > 1.03 * means_mps[1]

@@ -67,7 +67,9 @@ def test_limits_hold_for_inputs_and_changes():
 
 @needs_osqp
 @pytest.mark.slow(20)
-@pytest.mark.parametrize("seed", (1, 9500, 10500))
+@pytest.mark.parametrize(
+    "seed", (1, *(pytest.param(seed, marks=pytest.mark.nightly) for seed in (9500, 10500)))
+)
 def test_driver_arrives_within_what_the_check_demands(seed):
     from sdc_mpc.drives import drive_bends
 
