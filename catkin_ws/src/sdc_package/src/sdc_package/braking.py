@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from sdc_common.validation import check_positive
 
@@ -54,6 +55,16 @@ class SpeedControlLimits:
         check_positive(**vars(self))
 
 
+class SpeedStep(NamedTuple):
+    """What a time step of the speed control starts with."""
+
+    target_mps: float  # planned speed [m/s]
+    planned_mps2: float  # planned acceleration [m/s^2]
+    speed_mps: float  # measured speed [m/s]
+    last_mps2: float  # acceleration of the last time step [m/s^2]
+    dt_s: float  # length of the time step [s]
+
+
 class StandstillHold:
     """Decides when the brake holds the car at rest."""
 
@@ -61,24 +72,9 @@ class StandstillHold:
         self._limits = limits
         self._remaining_s = 0.0
 
-    def holds(
-        self,
-        target_mps: float,
-        planned_mps2: float,
-        speed_mps: float,
-        last_mps2: float,
-        dt_s: float,
-    ) -> bool:
-        """Return whether the car stays at rest in this time step.
-
-        Args:
-            target_mps: planned speed [m/s]
-            planned_mps2: planned acceleration [m/s^2]
-            speed_mps: measured speed [m/s]
-            last_mps2: acceleration of the last time step [m/s^2]
-            dt_s: length of the time step [s]
-        """
-        limits = self._limits
+    def holds(self, step: SpeedStep) -> bool:
+        """Return whether the car stays at rest in this time step."""
+        limits, (target_mps, planned_mps2, speed_mps, last_mps2, dt_s) = self._limits, step
         is_at_stop = target_mps * target_mps < -2.0 * planned_mps2 * _STOP_WITHIN_M
         would_pass_stop = planned_mps2 < -limits.braking_mps2
         stays = target_mps < limits.standstill_mps or would_pass_stop
@@ -99,16 +95,10 @@ class ComfortRange:
         self._limits = limits
         self._eases_s = 0.0
 
-    def next_range(
-        self,
-        target_mps: float,
-        planned_mps2: float,
-        speed_mps: float,
-        last_mps2: float,
-        dt_s: float,
-    ) -> tuple[float, float]:
-        """Return the lowest and the greatest next acceleration [m/s^2]; see StandstillHold."""
-        limits, faster_mps = self._limits, speed_mps - target_mps
+    def next_range(self, step: SpeedStep) -> tuple[float, float]:
+        """Return the lowest and the greatest next acceleration [m/s^2]."""
+        limits, (target_mps, planned_mps2, speed_mps, last_mps2, dt_s) = self._limits, step
+        faster_mps = speed_mps - target_mps
         self._eases_s = _EASES_S if last_mps2 > _PUSHES_MPS2 else self._eases_s - dt_s
         is_new = faster_mps > _NEW_MPS or planned_mps2 < -_USUAL_MPS2
         eases = is_new and self._eases_s > 0.0 and faster_mps < _SOON_LATE_MPS

@@ -7,6 +7,7 @@ from sdc_package.braking import (
     FIRM_MPS2,
     ComfortRange,
     SpeedControlLimits,
+    SpeedStep,
     StandstillHold,
 )
 from sdc_package.pid import Pid, PidGains
@@ -54,7 +55,8 @@ class SpeedControl:
         if ends > speed_mps**2 and planned_mps2 < -limits.braking_mps2:
             # The point behind the car is of an older plan.
             target_mps, planned_mps2 = ends**0.5, 0.0
-        if self._standstill.holds(target_mps, planned_mps2, speed_mps, last_mps2, dt_s):
+        step = SpeedStep(target_mps, planned_mps2, speed_mps, last_mps2, dt_s)
+        if self._standstill.holds(step):
             self.reset()
             return -limits.hold_mps2
         if target_mps == 0.0 and (last_mps2 > -COASTING_MPS2 or speed_mps > _TOO_FAST_MPS):
@@ -63,7 +65,7 @@ class SpeedControl:
         if target_mps == 0.0 and speed_mps > _TOO_FAST_MPS:  # after a stop, nothing is planned
             planned_mps2 = min(planned_mps2, -FIRM_MPS2)
         lowest_mps2, greatest_mps2 = self._comfort.next_range(
-            target_mps, planned_mps2, speed_mps, last_mps2, dt_s
+            step._replace(planned_mps2=planned_mps2)
         )
         self.acceleration_mps2, _ = self.pid.update(
             target_mps, speed_mps, dt_s, planned_mps2, lowest_mps2, greatest_mps2

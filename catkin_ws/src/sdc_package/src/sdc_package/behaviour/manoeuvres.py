@@ -9,7 +9,7 @@ simulated and scored, and the best one is taken: the recipe of PDM-Closed (D. Da
 from __future__ import annotations
 
 import math
-from typing import Iterator, NamedTuple
+from typing import Any, Iterator, NamedTuple
 
 import numpy as np
 
@@ -86,23 +86,8 @@ class StayOnRoute:
         self.way = OffsetPath(road.route, float(road.speed_mps.max()))
         self.reason, self.most_mps, self.stop_m = "", math.inf, math.inf
 
-    def decide(
-        self,
-        s_m: float,
-        cross_track_m: float,
-        speed_mps: float,
-        obstacles: Obstacles,
-        stop_m: float,
-    ) -> None:
-        """Choose the way; call it in each plan.
-
-        Args:
-            s_m: arc length of the car's centre along the route [m]
-            cross_track_m: its distance from the route, positive to the left [m]
-            speed_mps: its speed [m/s]
-            obstacles: the detected road users
-            stop_m: where the centre of the car must stop for lights and signs, inf: nowhere [m]
-        """
+    def decide(self, *_: Any, **__: Any) -> None:
+        """Keep the route; Manoeuvres has the arguments."""
 
 
 class Manoeuvres(StayOnRoute):
@@ -122,7 +107,15 @@ class Manoeuvres(StayOnRoute):
         obstacles: Obstacles,
         stop_m: float,
     ) -> None:
-        """See StayOnRoute."""
+        """Choose the way; call it in each plan.
+
+        Args:
+            s_m: arc length of the car's centre along the route [m]
+            cross_track_m: its distance from the route, positive to the left [m]
+            speed_mps: its speed [m/s]
+            obstacles: the detected road users
+            stop_m: where the centre of the car must stop for lights and signs, inf: nowhere [m]
+        """
         if not self._plans and abs(cross_track_m) > _PULLS_OUT_M:
             out = smooth_step(self._road.route.s, s_m + _OUT_AFTER_M, _OUT_M)
             self.way.follow(cross_track_m * (1.0 - out), s_m)
