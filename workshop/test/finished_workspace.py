@@ -2,6 +2,7 @@
 
 import subprocess
 
+from sdc_workshop.exam.student import Student
 from sdc_workshop.steps import LABS, WORKSHOP, all_steps
 from sdc_workshop.workspace import PROJECT, WORLD_SETUP, make, package_files, solution, solve
 
@@ -41,3 +42,16 @@ def build(folder, setup=WORLD_SETUP):
         timeout=300,
     )
     assert done.returncode == 0, done.stdout
+
+
+def run(folder, *command):
+    """Run a command in a new terminal that has sourced a workspace."""
+    return subprocess.run(
+        command,
+        env=Student(folder).environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+        timeout=60,
+    )

@@ -7,10 +7,9 @@ from pathlib import Path
 
 import pytest
 import yaml
-from finished_workspace import build
+from finished_workspace import build, run
 
 from sdc_testing.street_maps import needs_maps
-from sdc_workshop.exam.student import Student
 from sdc_workshop.steps import load_steps
 from sdc_workshop.workspace import PROJECT, SOLUTION, make, solve
 
@@ -50,18 +49,6 @@ def give_old_names(path):
     path.write_text(old, encoding="utf-8")
     assert "sdc_map" not in old, path
     return old != text
-
-
-def run(folder, *command):
-    return subprocess.run(
-        command,
-        env=Student(folder).environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=False,
-        timeout=60,
-    )
 
 
 def test_all_names_that_workspaces_import_are_there(workspace):

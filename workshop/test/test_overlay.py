@@ -3,7 +3,7 @@
 import subprocess
 
 import pytest
-from finished_workspace import build
+from finished_workspace import build, run
 
 from sdc_common.processes import isolated_ros_environment
 from sdc_testing.program import Program
@@ -24,18 +24,6 @@ def unsolved(tmp_path_factory):
     make(folder)
     build(folder)
     return folder
-
-
-def run(folder, *command):
-    return subprocess.run(
-        command,
-        env=Student(folder).environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=False,
-        timeout=TIMEOUT_S,
-    )
 
 
 def checked(folder):
