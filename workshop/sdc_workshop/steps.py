@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 import re
 from dataclasses import dataclass
@@ -17,12 +16,10 @@ FOLDER = Path(__file__).resolve().parents[1]
 LABS = {name: f"sdc_{name}" for name in ("localization", "perception", "behaviour", "mpc")}
 # The steps of the workshop itself.
 WORKSHOP = ""
-# So many steps are suggested for a wrong name.
-_NEAREST = 5
 
 
 class StepError(ValueError):
-    """An unknown step; the message lists similar ones."""
+    """An unknown step, or an empty range of steps."""
 
 
 @dataclass(frozen=True)
@@ -70,21 +67,18 @@ def find_step(step_id: str) -> Step:
     return find_steps(step_id)[0]
 
 
-def find_steps(name: str, lab: str = WORKSHOP) -> list:
+def find_steps(name: str) -> list:
     """Return the steps with this id, or with ids that begin with it: "camera", "controller-2".
 
     Raises:
-        StepError: there is none; the message names the nearest ones of the lab
+        StepError: there is none
     """
     steps = all_steps()
     beginnings = tuple(name.rstrip("-.") + end for end in "-.")
     found = [step for step in steps if step.id == name]
     found = found or [step for step in steps if name and step.id.startswith(beginnings)]
     if not found:
-        ids = [step.id for step in load_steps(lab)]
-        near = set(difflib.get_close_matches(name, ids, _NEAREST, 0.0))
-        similar = ", ".join(step_id for step_id in ids if step_id in near)
-        raise StepError(f"there is no step '{name}'; the nearest are {similar}")
+        raise StepError(f"there is no step '{name}'; ./workshop/check --list prints them")
     return found
 
 
@@ -105,9 +99,9 @@ def chosen(names: Sequence[str], lab: str = WORKSHOP, optional: bool = False) ->
     meant: set = set()
     for name in names:
         first, is_range, last = name.partition("..")
-        found = find_steps(first, lab)
+        found = find_steps(first)
         if is_range:
-            begin, end = steps.index(found[0]), steps.index(find_steps(last, lab)[-1])
+            begin, end = steps.index(found[0]), steps.index(find_steps(last)[-1])
             found = steps[begin : end + 1]
             if not found:
                 raise StepError(f"'{name}' is empty: {last} comes before {first}")

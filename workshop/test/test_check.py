@@ -163,10 +163,8 @@ def test_name_of_a_group_selects_its_steps():
         f"controller-2.{i}" for i in range(1, 10)
     ]
     assert len(chosen(["camera", "camera-1..camera-launch"])) == len(chosen(["camera"])) == 6
-    with pytest.raises(StepError, match="the nearest are( [a-z0-9-]+,){4} [a-z0-9-]+$"):
+    with pytest.raises(StepError, match="there is no step 'cam'; ./workshop/check --list"):
         chosen(["cam"])
-    with pytest.raises(StepError, match="nearest are localization-"):
-        chosen(["local-7"], "localization")
     with pytest.raises(StepError, match="camera-1 comes before camera-3"):
         chosen(["camera-3..camera-1"])
 

@@ -199,13 +199,11 @@ def _is_number(row: Mapping[str, Any], text: str) -> bool:
 
 
 def _typed(kind: str, text: str) -> Any:
-    if kind in _NUMBERS:
-        return _NUMBERS[kind](text) if text else None
-    return (
-        {"true": True, "false": False, "": None}[text]
-        if kind == "boolean"
-        else (text == "true" if kind == "flag" else text)
-    )
+    if kind == "flag":
+        return text == "true"
+    if kind == "boolean" or kind in _NUMBERS:
+        return (text == "true" if kind == "boolean" else _NUMBERS[kind](text)) if text else None
+    return text
 
 
 def _check_rules(command: str, texts: Mapping[str, list[str]]) -> None:
