@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from planned_roads import SETTINGS
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.route import Route
-from sdc_package.obstacle_prediction import Distances, ObstacleMargins
+from sdc_package.obstacle_prediction import Distances
 from sdc_package.obstacles import caps_behind, speed_caps
 
-MARGINS = ObstacleMargins(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)
+MARGINS = SETTINGS.obstacles
 STRAIGHT = Route(np.column_stack([np.arange(201.0), np.zeros(201)]))
-BRAKING = 2.5
+BRAKING = SETTINGS.limits.braking_mps2
 # Centre of a car that stops 5 m behind the rear of a standing car at x = 50.
 STOP = 50.0 - 2.35 - 5.0 - 2.35
 
