@@ -8,6 +8,7 @@ import subprocess
 import time
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import yaml
@@ -76,7 +77,17 @@ def test_hash_is_public_before_the_seeds(held):
     assert (folder / "secret").stat().st_mode & 0o077 == 0
 
 
-def test_reveal_lets_anyone_repeat_the_round(held, tmp_path):
+def test_folder_holds_one_round(tmp_path):
+    options = {"league": "control", "drives": 2, "secret": ""}
+    about = rounds.opened(tmp_path, SimpleNamespace(**options))
+    assert rounds.opened(tmp_path, SimpleNamespace(**options)) == about
+    for name, value in (("league", "street"), ("drives", 3)):
+        text = f"has {name}:={options[name]}, not {value}; use a new folder"
+        with pytest.raises(ValueError, match=text):
+            rounds.opened(tmp_path, SimpleNamespace(**{**options, name: value}))
+
+
+def test_reveal_lets_anyone_repeat_the_round(held, tmp_path, monkeypatch):
     folder, _ = held
     before = scores(folder)
     done = run(folder)
@@ -96,6 +107,10 @@ def test_reveal_lets_anyone_repeat_the_round(held, tmp_path):
     refused = run(folder)
     (folder / "late.py").unlink()
     assert refused.returncode == 2 and "late is new or changed" in refused.stderr
+    monkeypatch.setattr(rounds, "code_version", lambda: "another version of the project")
+    options = {"league": "control", "drives": 2, "baselines": False}
+    with pytest.raises(ValueError, match="ada is new or changed"):
+        rounds.run(SimpleNamespace(folder=folder, **options))
     feed = ElementTree.parse(folder / "site/feed.xml").getroot()
     titles = [one.text for one in feed.iterfind("{*}entry/{*}title")]
     assert titles[0].startswith("ada: ") and len(titles) == 4
