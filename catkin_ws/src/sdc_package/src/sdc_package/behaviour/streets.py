@@ -254,8 +254,8 @@ class StreetBehaviour:
         # One that comes obliquely from beside the car cuts in; an oncoming one turns.
         cuts_in = math.cos(one.yaw_rad - line.heading_at(s_m)) > 0.0
         points = [(one.x_m, one.y_m), *(() if crosses else self._ahead(place, one, cuts_in))]
-        places = (line.project(*at, s_m, 0.0, near_m) for at in points)
-        return any(self._beside_m(at) < beside_m for at in places)
+        places = (line.project(x_m, y_m, s_m, 0.0, near_m) for x_m, y_m in points)
+        return any(self._beside_m(place) < beside_m for place in places)
 
     def _ahead(
         self, place: LanePlace, one: DetectedObstacle, cuts_in: bool
