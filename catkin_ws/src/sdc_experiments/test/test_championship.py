@@ -1,15 +1,17 @@
 """Draws, lateness, scores and isolation of the championship."""
 
 import json
-import os
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import yaml
+from distributed import LocalCluster
 
+from sdc_experiments.championship import __main__ as championship
 from sdc_experiments.championship.attempt import STORED, new
 from sdc_experiments.championship.command import BASELINES, baseline, drive_seeds
 from sdc_experiments.championship.drive import Lateness, drive, drive_seed
@@ -25,7 +27,7 @@ ATTACKS = yaml.safe_load(Path(__file__).with_name("championship_attacks.yaml").r
 HONEST = """
 class Driver:
     def __init__(self, mission):
-        self.car, self.count = mission.default_car("stanley"), 0
+        self.mission, self.car, self.count = mission, mission.default_car("stanley"), 0
 
     def step(self, observation):
         self.count += 1
@@ -33,6 +35,21 @@ class Driver:
         return self.car.step(observation)
 """
 PROJECT = Path(__file__).resolve().parents[4]
+
+
+class Hostile:
+    """A server of one driver for all attacks: the mission has the name of the attack to make.
+
+    Args:
+        server: server of the driver
+        attack: key of the attack
+    """
+
+    def __init__(self, server, attack):
+        self.server, self.attack = server, attack
+
+    def start(self, mission):
+        return self.server.start(replace(mission, league=self.attack))
 
 
 class InProcess:
@@ -125,12 +142,18 @@ def test_late_driver_is_worse_and_its_replay_is_equal(honest):
     assert (again["score"], again["trace_sha256"]) == (late["score"], late["trace_sha256"])
 
 
-@pytest.mark.parametrize("name", ATTACKS)
-def test_attack_gains_nothing_and_is_named(name, honest):
-    row = ATTACKS[name]
-    code = f"if self.count == 40: exec({row['code']!r})"
+@pytest.fixture(scope="module")
+def hostile(honest):
+    codes = {name: row["code"] for name, row in ATTACKS.items()}
+    code = f"if self.count == 40: exec({codes!r}[self.mission.league])"
     with DriverServer(HONEST.format(code)) as server:
-        found = drive_seed(server, "control", "1")
+        yield server
+
+
+@pytest.mark.parametrize("name", ATTACKS)
+def test_attack_gains_nothing_and_is_named(name, honest, hostile):
+    row = ATTACKS[name]
+    found = drive_seed(Hostile(hostile, name), "control", "1")
     assert row["named"] in " ".join([found["problem"], *found["refused"]])
     assert found["score"] == (0.0 if found["problem"] else honest["score"])
 
@@ -211,7 +234,11 @@ def test_stored_scores_of_a_baseline_reproduce(honest):
 
 @pytest.mark.parametrize(
     ("name", "needed"),
-    [("autoware_mini", "numpy"), ("nonlinear_mpc", "casadi"), ("policy", "gymnasium")],
+    [
+        ("autoware_mini", "numpy"),
+        pytest.param("nonlinear_mpc", "casadi", marks=pytest.mark.nightly),
+        ("policy", "gymnasium"),
+    ],
 )
 def test_drivers_of_the_project_drive_in_the_sandbox(name, needed, honest):
     pytest.importorskip(needed)
@@ -229,21 +256,20 @@ def test_documentation_has_the_stored_scores():
             assert cell.split()[0] == (f"{np.mean([*scores.values()]):.1f}" if scores else "-")
 
 
-def test_new_driver_is_tried_from_a_terminal(tmp_path, honest):
-    os.chdir(tmp_path)
+def test_new_driver_is_tried_from_a_terminal(tmp_path, honest, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
     assert new(SimpleNamespace(file="mine.py")) == 0
     assert len(Path("mine.py").read_text().split("class Driver")[1].splitlines()) <= 10
-    command = ["python3", "-m", "sdc_experiments.championship", "try", "mine.py", "drives:=3"]
+    command = ["python3", "-m", "sdc_experiments.championship", "try", "mine.py", "drives:=2"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300)
     last = done.stdout.splitlines()[-1]
     assert done.returncode == 0, done.stderr
     assert last.startswith("championship: control: score ") and f"of {len(BASELINES) + 1}" in last
     page = Path("report/championship/mine.html").read_text()
     assert "The worst drive" in page and "srcdoc" in page
-    again = subprocess.run(
-        [*command[:-1], "replay:=report/championship/mine.json"],
-        capture_output=True,
-        text=True,
-        timeout=300,
-    )
-    assert again.stdout.splitlines()[-1] == last
+    size = {"n_workers": 1, "threads_per_worker": 1, "processes": False, "dashboard_address": None}
+    with LocalCluster(**size) as cluster:
+        words = ["championship", "try", "mine.py", "replay:=report/championship/mine.json"]
+        monkeypatch.setattr("sys.argv", [*words, "--scheduler", cluster.scheduler_address])
+        assert championship.main() == 0
+    assert capsys.readouterr().out.splitlines()[-1] == last

@@ -1,6 +1,8 @@
 """A round of the championship: resume, reveal, check by others, and its site in a browser."""
 
+import contextlib
 import hashlib
+import io
 import json
 import re
 import signal
@@ -14,12 +16,13 @@ import pytest
 import yaml
 from distributed import LocalCluster
 
+from sdc_experiments.championship import __main__ as championship
 from sdc_experiments.championship import rounds
 from sdc_experiments.championship.driver_process import DriverServer
 from sdc_experiments.sandbox import SandboxError
 
 pytestmark = pytest.mark.slow(60)
-COMMAND = ["python3", "-m", "sdc_experiments.championship", "round"]
+ROUND = ["championship", "round"]
 GOOD = """
 class Driver:
     def __init__(self, mission):
@@ -33,9 +36,25 @@ DRIVERS = {
 }
 
 
-def run(folder, *options, timeout_s=300):
-    command = [*COMMAND, str(folder), "drives:=2", "baselines:=false", *options]
-    return subprocess.run(command, capture_output=True, text=True, timeout=timeout_s, check=False)
+@pytest.fixture(scope="module")
+def run():
+    """Return a function that runs the command in this process, which is also a cluster's worker.
+
+    The function returns the exit status, what the command printed, and its errors.
+    """
+    size = {"n_workers": 1, "threads_per_worker": 1, "processes": False, "dashboard_address": None}
+    with LocalCluster(**size) as cluster, pytest.MonkeyPatch.context() as patch:
+
+        def run(folder, *options):
+            words = [*ROUND, str(folder), "drives:=2", "baselines:=false", *options]
+            patch.setattr("sys.argv", [*words, "--scheduler", cluster.scheduler_address])
+            output, errors = io.StringIO(), io.StringIO()
+            with contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
+                status = championship.main()
+            return status, output.getvalue(), errors.getvalue()
+
+        yield run
+        assert cluster.scheduler.transition_log, "the cluster had the tasks"
 
 
 def scores(folder):
@@ -44,7 +63,7 @@ def scores(folder):
 
 
 @pytest.fixture(scope="module")
-def held(tmp_path_factory):
+def held(tmp_path_factory, run):
     """Hold a round that is not revealed; skip where there is no sandbox."""
     try:
         with DriverServer(""):
@@ -58,21 +77,21 @@ def held(tmp_path_factory):
 
 
 def test_round_ranks_drivers_and_names_what_is_wrong(held):
-    folder, done = held
-    assert done.returncode == 0, done.stderr
-    *_, first, second, third, fourth, last = done.stdout.splitlines()
+    _, (status, printed, errors) = held
+    assert status == 0, errors
+    *_, first, second, third, fourth, last = printed.splitlines()
     assert first.split()[2] == "ada" and second.split()[2] == "bob"
     assert "broken.py, line 1" in third + fourth and "to open /root/secret" in third + fourth
     assert last.startswith("championship: control: 4 drivers, 2 drives each, see ")
 
 
 def test_hash_is_public_before_the_seeds(held):
-    folder, done = held
+    folder, (_, printed, _) = held
     secret = (folder / "secret").read_text()
     digest = hashlib.sha256(secret.encode()).hexdigest()
     site = [path.read_text() for path in (folder / "site").iterdir()]
     seeds = rounds.seeds_of_secret(secret, "control", 2)
-    assert digest in done.stdout and any(digest in text for text in site)
+    assert digest in printed and any(digest in text for text in site)
     assert not any(word in text for text in site for word in (secret, *seeds))
     assert (folder / "secret").stat().st_mode & 0o077 == 0
 
@@ -87,26 +106,21 @@ def test_folder_holds_one_round(tmp_path):
             rounds.opened(tmp_path, SimpleNamespace(**{**options, name: value}))
 
 
-def test_reveal_lets_anyone_repeat_the_round(held, tmp_path, monkeypatch):
+def test_reveal_lets_anyone_repeat_the_round(held, run, tmp_path, monkeypatch):
     folder, _ = held
     before = scores(folder)
-    done = run(folder)
-    assert done.returncode == 0 and "drives/s" not in done.stdout, "nothing is driven again"
+    status, printed, _ = run(folder)
+    assert status == 0 and "drives/s" not in printed, "nothing is driven again"
     secret = json.loads((folder / "site/round.json").read_text())["secret"]
     index = (folder / "site/index.html").read_text()
     assert secret in index and rounds.seeds_of_secret(secret, "control", 2)[1] in index
-    for name in ("ada", "bob"):
-        (tmp_path / f"{name}.py").write_text(DRIVERS[name])
-    size = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": None}
-    with LocalCluster(**size, local_directory=str(tmp_path / "dask")) as cluster:
-        options = (f"secret:={secret}", "--scheduler", cluster.scheduler_address)
-        assert run(tmp_path, *options).returncode == 0
-        assert cluster.scheduler.transition_log, "the cluster had the tasks"
-    assert scores(tmp_path) == {name: before[name] for name in ("ada", "bob")}
+    (tmp_path / "bob.py").write_text(DRIVERS["bob"])
+    assert run(tmp_path, f"secret:={secret}", "reveal:=false")[0] == 0
+    assert scores(tmp_path) == {"bob": before["bob"]}
     (folder / "late.py").write_text(GOOD)
-    refused = run(folder)
+    status, _, errors = run(folder)
     (folder / "late.py").unlink()
-    assert refused.returncode == 2 and "late is new or changed" in refused.stderr
+    assert status == 2 and "late is new or changed" in errors
     monkeypatch.setattr(rounds, "code_version", lambda: "another version of the project")
     options = {"league": "control", "drives": 2, "baselines": False}
     with pytest.raises(ValueError, match="ada is new or changed"):
@@ -116,10 +130,23 @@ def test_reveal_lets_anyone_repeat_the_round(held, tmp_path, monkeypatch):
     assert titles[0].startswith("ada: ") and len(titles) == 4
 
 
-def test_killed_round_resumes(held, tmp_path):
+def test_new_driver_of_an_open_round_is_graded_alone(run, held, tmp_path):
+    (tmp_path / "bob.py").write_text(DRIVERS["bob"])
+    assert run(tmp_path, "reveal:=false")[0] == 0
+    result = tmp_path / "results" / "bob.json"
+    before = result.stat().st_mtime_ns
+    (tmp_path / "broken.py").write_text(DRIVERS["broken"])
+    assert run(tmp_path, "reveal:=false")[0] == 0
+    assert scores(tmp_path).keys() == {"bob", "broken"}
+    assert result.stat().st_mtime_ns == before
+
+
+@pytest.mark.nightly
+def test_killed_round_resumes(held, run, tmp_path):
     for name in ("ada", "bob", "cy", "dee"):
         (tmp_path / f"{name}.py").write_text(GOOD + f"# {name}\n")
-    command = [*COMMAND, str(tmp_path), "drives:=3", "baselines:=false", "reveal:=false"]
+    command = ["python3", "-m", "sdc_experiments.championship", "round", str(tmp_path)]
+    command += ["drives:=2", "baselines:=false", "reveal:=false"]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
     limit_s = time.monotonic() + 200.0
     while len(scores(tmp_path)) < 1 and time.monotonic() < limit_s and process.poll() is None:
@@ -128,13 +155,13 @@ def test_killed_round_resumes(held, tmp_path):
     process.wait()
     before = {path: path.stat().st_mtime_ns for path in (tmp_path / "results").iterdir()}
     assert 1 <= len(before) < 4
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
-    assert done.returncode == 0, done.stderr
+    status, _, errors = run(tmp_path, "reveal:=false")
+    assert status == 0, errors
     assert len(set(scores(tmp_path).values())) == 1 and len(scores(tmp_path)) == 4
     assert {path: path.stat().st_mtime_ns for path in before} == before
 
 
-def test_site_in_a_browser(held):
+def test_site_in_a_browser(held, run):
     webdriver = pytest.importorskip("selenium.webdriver")
     folder, _ = held
     if "secret" not in json.loads((folder / "round.json").read_text()):
