@@ -27,6 +27,8 @@ NAMES = sorted(name[: -len(".yaml")] for name in os.listdir(FOLDER) if name.ends
 # Real nodes also drive the town in test_grade.py and a lane change in test_drive_check.py.
 ALWAYS = {"stopped_car"}
 TIMEOUT_S = 300.0
+# Their traffic takes longer than all other drives together; town_traffic shows what they share.
+RARE = {"town_motorway_traffic", "town_pedestrians"}
 # Every tenth tick of a drive, from the first columns of its report.csv.
 TRACES = Path(__file__).with_name("traces")
 TOLERANCE = 1e-6
@@ -61,7 +63,7 @@ def test_drive_meets_the_limits_of_its_scenario(name):
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=on_map(name))
+        pytest.param(name, marks=[*([pytest.mark.nightly] if name in RARE else []), *on_map(name)])
         for name in NAMES
         if name not in {*ALWAYS, "student_loops", "student_nodes"}
     ],

@@ -46,10 +46,10 @@ def listening(pids):
     return found
 
 
-def test_three_drives_at_once_choose_masters_of_their_own_and_give_equal_traces(
+def test_two_drives_at_once_choose_masters_of_their_own_and_give_equal_traces(
     environment, start, bend, tmp_path
 ):
-    names = ("one", "two", "three")
+    names = ("one", "two")
     network = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "SDC_MASTER_URI")
     default = {name: value for name, value in environment.items() if name not in network}
     folder = tmp_path / "elsewhere"
@@ -59,17 +59,15 @@ def test_three_drives_at_once_choose_masters_of_their_own_and_give_equal_traces(
     for name in names:
         (tmp_path / name).mkdir()
         drives.append(start([DRIVE, *options, elsewhere], default, tmp_path / name))
-    assert [drive.wait_for_end() for drive in drives] == [0, 0, 0], [
+    assert [drive.wait_for_end() for drive in drives] == [0, 0], [
         drive.output[-2000:] for drive in drives
     ]
     masters = {re.search(r"ROS_MASTER_URI=(http://.*?:\d+)", drive.output)[1] for drive in drives}
-    assert len(masters) == 3, "each has a master of its own"
-    assert sum("export ROS_MASTER_URI=" in drive.output for drive in drives) >= 2
+    assert len(masters) == 2, "each has a master of its own"
+    assert any("export ROS_MASTER_URI=" in drive.output for drive in drives)
     traces = {(tmp_path / name / "report" / "report.csv").read_bytes() for name in names}
     assert len(traces) == 1, "the other drives have no effect"
-    assert sorted(os.listdir(tmp_path)) == sorted(
-        ["bend.csv", "log0", "log1", "log2", "ros", *names]
-    )
+    assert sorted(os.listdir(tmp_path)) == sorted(["bend.csv", "log0", "log1", "ros", *names])
     for name in names:
         assert os.listdir(tmp_path / name) == ["report"]
         report = json.loads((tmp_path / name / "report" / "report.json").read_text())
