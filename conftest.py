@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import zlib
 from pathlib import Path
 
 import pytest
@@ -37,12 +38,18 @@ _LIMIT_S = 400
 _SHARE_OF_LIMIT = 0.125
 
 
+# .ci/run adds the nightly tests of the weekday, 1 on Monday.
+_DAYS = range(1, 8)
+
+
 def pytest_configure(config):
-    """Give each worker a loopback network of its own, where that is permitted.
+    """Register the days, and give each worker a network of its own, where that is permitted.
 
     A ROS master asks the old address of a killed node to shut down when the node starts again. A
     program of another worker may have got that address.
     """
+    for day in _DAYS:
+        config.addinivalue_line("markers", f"nightly_{day}: a seventh of the nightly tests")
     if hasattr(config, "workerinput"):
         from sdc_common.processes import isolate_network
 
@@ -60,8 +67,16 @@ def _seconds(item):
     return mark.args[0] if mark else 0.0
 
 
+@pytest.hookimpl(tryfirst=True)  # before -m selects
 def pytest_collection_modifyitems(items):
-    """Put the slowest files first: pytest-xdist distributes files in the order of collection."""
+    """Mark each nightly test with its day, and put the slowest files first.
+
+    Pytest-xdist distributes files in the order of collection.
+    """
+    for item in items:
+        if item.get_closest_marker("nightly"):
+            day = _DAYS[zlib.crc32(item.nodeid.encode()) % len(_DAYS)]
+            item.add_marker(f"nightly_{day}")
     seconds = {}
     for item in items:
         seconds[item.path] = max(_seconds(item), seconds.get(item.path, 0.0))
