@@ -29,12 +29,16 @@ def solved(folder):
 
 
 def build(folder, setup=WORLD_SETUP):
-    """Build a workspace in a new terminal that has sourced `setup`."""
+    """Build a workspace in a new terminal that has sourced `setup`: Python's messages alone."""
     subprocess.run([PROJECT / "docker" / "prepare", "world"], check=True, timeout=300)
     done = subprocess.run(
         ["bash", "-c", '[ -z "$1" ] || source "$1"; catkin_make', "bash", str(setup or "")],
         cwd=folder,
-        env={"HOME": str(folder), "PATH": "/usr/bin:/bin"},
+        env={
+            "HOME": str(folder),
+            "PATH": "/usr/bin:/bin",
+            "ROS_LANG_DISABLE": "gencpp:genlisp:geneus:gennodejs",
+        },
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,

@@ -27,18 +27,22 @@ def test_each_step_has_wrong_and_right_solutions_and_a_hint():
     assert len({(row["step"], row["name"]) for row in rows}) == len(rows)
 
 
+@pytest.fixture(scope="module")
+def workspace(tmp_path_factory):
+    return solved(tmp_path_factory.mktemp("student") / "ws")
+
+
 @pytest.mark.mistakes
 @pytest.mark.slow(40)
 @pytest.mark.parametrize(
     "part", [0, *(pytest.param(part, marks=pytest.mark.nightly) for part in range(1, PARTS))]
 )
-def test_mistakes_are_explained_and_unusual_code_passes(part, tmp_path, record_property):
-    folder = solved(tmp_path / "ws")
+def test_mistakes_are_explained_and_unusual_code_passes(part, workspace, record_property):
     devel = next(Path(PROJECT).glob("catkin_ws/devel/lib/python3*/dist-packages"))
     path = [str(PROJECT / "workshop"), str(devel), os.environ.get("PYTHONPATH", "")]
     judge = Path(__file__).with_name("judge_mistakes.py")
     done = subprocess.run(
-        [sys.executable, "-B", judge, folder, str(part), str(PARTS)],
+        [sys.executable, "-B", judge, workspace, str(part), str(PARTS)],
         env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
         capture_output=True,
         text=True,

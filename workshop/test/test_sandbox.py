@@ -110,7 +110,8 @@ def liar(folder):
 
 
 def endless(folder):
-    prepend(folder, f"{LIBRARY}/pid.py", "while True:\n    pass\n")
+    """It waits and does not compute: the other tests need the processor."""
+    prepend(folder, f"{LIBRARY}/pid.py", "import time\nwhile True:\n    time.sleep(1.0)\n")
 
 
 FORGERY = """
