@@ -1,5 +1,7 @@
 """Copies are found under other names and layout; templates and the guide do not count."""
 
+import pytest
+
 from sdc_workshop.grading.copies import copies, written_tokens
 from sdc_workshop.steps import find_step, load_steps
 from sdc_workshop.workspace import make, solve, write
@@ -18,6 +20,7 @@ RENAMED = """    s2=0.0
 """
 
 
+@pytest.mark.slow(2)
 def test_renamed_copy_is_first_and_templates_have_no_tokens(tmp_path):
     tokens = {}
     for name, body in (("template", None), ("guide", ""), ("own", OWN), ("copy", RENAMED)):

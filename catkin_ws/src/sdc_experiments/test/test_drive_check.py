@@ -105,7 +105,14 @@ def test_stack_that_cannot_be_launched_fails_with_the_end_of_its_log(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "node", ["sim.py", "referee.py", pytest.param("mission_planner.py", marks=pytest.mark.nightly)]
+    "node",
+    [
+        "referee.py",
+        *(
+            pytest.param(node, marks=pytest.mark.nightly)
+            for node in ("sim.py", "mission_planner.py")
+        ),
+    ],
 )
 def test_death_of_the_world_ends_the_drive_with_a_report_until_then(environment, tmp_path, node):
     """The trace begins as that of an undisturbed drive, bit for bit."""

@@ -9,6 +9,8 @@ import pytest
 
 from sdc_experiments.process_metrics import cpu_ms, private_memory_mb, stack_processes
 
+pytestmark = pytest.mark.slow(3)
+
 MASTER_URI = f"http://127.0.0.1:1/test_{os.getpid()}"
 BLOCK_MB = 40
 # Uses memory and CPU time, then waits for the end of its standard input.

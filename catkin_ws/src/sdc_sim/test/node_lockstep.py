@@ -102,6 +102,7 @@ class LockstepTest(unittest.TestCase):
 
     def test_nodes_that_only_watch_receive_the_odometry_last(self):
         topic, order = EGO + "/odometry", []
+        self.call("pause")  # the nodes start faster
 
         def is_connected(name):
             listed = ServerProxy(rospy.get_master().lookupNode("/sim")[2]).getBusInfo("/lockstep")

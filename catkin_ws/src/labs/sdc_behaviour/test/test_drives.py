@@ -13,6 +13,7 @@ from sdc_behaviour.study.experiments import crashes, flow_per_h, lines, polite
 LEAST_MPS = {"lorry": 9.0, "brake": 5.0, "crossing": 5.0}
 
 
+@pytest.mark.slow(4)
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("seed", (1, 2, 9500))
 def test_drive_is_safe_and_not_too_slow(name, seed):
