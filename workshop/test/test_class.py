@@ -41,6 +41,17 @@ def test_page_shows_who_is_where_and_keeps_pseudonyms(tmp_path, capsys):
         row.split(" of ")[0] for row in before[1:3]
     ]
     assert not re.search("aaron|abe|ada|ben", (tmp_path / "class.html").read_text())
+    assert (tmp_path / "class.pseudonyms.json").stat().st_mode & 0o077 == 0
+
+
+def test_progress_that_is_a_link_is_left_out(tmp_path, capsys):
+    for name in ("ada", "ben"):
+        keep(tmp_path / "home", name, 3)
+    ada, ben = (tmp_path / "home" / name / "sdc_ws/src/sdc_package" for name in ("ada", "ben"))
+    (ben / progress.NAME).unlink()
+    (ben / progress.NAME).symlink_to(ada / progress.NAME)
+    assert not any(row.startswith("ben") for row in rows(tmp_path, "--names"))
+    assert "ben: .progress.json is left out: it is not a file" in capsys.readouterr().err
 
 
 def test_time_of_a_step_counts_from_the_step_before(tmp_path, monkeypatch):

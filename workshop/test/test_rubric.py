@@ -26,6 +26,7 @@ def graded(tmp_path, steps=STEPS, drive=100.0, unknown=100.0, **more):
         ("phases: [0, 0, 1, 1]", {"steps": [one for one in STEPS if one.phase == 3]}, 100.0),
         ("weights: {phases: 3, drive: 1, unknown_drive: 0}", {"drive": 0.0}, 75.0),
         ("points: 20\nlate: {days: {ada: 3}, free_days: 1}", {}, 16.0),
+        ("late: {days: {ada: 200}}", {}, 0.0),
     ],
 )
 def test_mark_follows_the_rubric(tmp_path, text, change, points):

@@ -158,6 +158,17 @@ def test_parameters_of_an_earlier_drive_are_deleted(port, master):
     assert {name: found.get(name) for name in kept} == kept
 
 
+def test_parameters_of_a_joined_world_are_kept(port):
+    server = Master(port=port)
+    server.start()
+    uri = f"http://127.0.0.1:{port}"
+    ServerProxy(uri).setParam("/test", "/sim", {"friction": 0.6})
+    program = [sys.executable, "-m", "sdc_common.ros.drive_master", "drive", "true", "sim:=false"]
+    subprocess.run(program, env={**os.environ, "ROS_MASTER_URI": uri}, check=True)
+    assert ServerProxy(uri).getParam("/test", "/sim")[2] == {"friction": 0.6}
+    server.stop()
+
+
 def test_second_program_prints_how_to_join_its_master():
     program = [sys.executable, "-m", "sdc_common.ros.drive_master", "drive"]
     show = [sys.executable, "-c", "import os; print(os.environ['ROS_MASTER_URI'], flush=True)"]

@@ -1,5 +1,7 @@
 """Each odometry is answered once, when its path has arrived, whichever of the two arrives first."""
 
+import math
+
 import pytest
 import rospy
 from nav_msgs.msg import Odometry
@@ -61,6 +63,14 @@ def test_one_path_answers_one_odometry_whichever_arrives_first(events, answers):
     record = Record()
     record.receive(events)
     assert record.answers == answers
+
+
+def test_bad_path_answers_no_odometry():
+    record = Record()
+    with pytest.raises(ValueError, match="path"):
+        record.inputs.add_path([(0.0, 0.0, math.nan), (10.0, 0.0, 5.0)])
+    record.receive("o1")
+    assert record.answers == []
 
 
 def test_basic_control_answers_each_odometry_without_a_path():

@@ -59,6 +59,7 @@ COAST, TARGET = Command(), AckermannTarget(steering_angle_rad=0.3, speed_mps=5.0
         ([("on", 2), ("manual", 3), ("software", 3)], 3, MANUAL),
         ([("on", 1), ("manual", 2), ("on", 3)], 3, MANUAL),
         ([("on", 1), ("manual", 2), ("software", 3), ("off", 4)], 4, SOFTWARE),
+        ([("software", 1), ("on", 2), ("off", 4)], 4, SOFTWARE),
         # An override without a manual command times out, too.
         ([("software", 100), ("on", 100)], 120, COAST),
         ([("on", 100), ("software", 121)], 121, FULL_BRAKE),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sdc_sim.physics.vehicle import VehicleState
-from sdc_sim.sensors.errors import OdometryNoise
+from sdc_sim.sensors.errors import ErrorSizes, OdometryNoise, SensorErrors
 
 TRUE = VehicleState(10.0, -5.0, 0.3, 8.0)
 
@@ -21,6 +21,18 @@ def test_seed_determines_the_noise(seed):
     assert rows == [second.apply(TRUE) for _ in range(5)]
     assert rows != [other.apply(TRUE) for _ in range(5)]
     assert rows[0] != rows[1]
+
+
+def test_one_kind_of_noise_does_not_depend_on_the_others():
+    speed_alone, both = OdometryNoise(3, speed_mps=0.5), OdometryNoise(3, 0.1, speed_mps=0.5)
+    speeds = [[noise.apply(TRUE).speed_mps for _ in range(3)] for noise in (speed_alone, both)]
+    assert speeds[0] == speeds[1]
+
+
+def test_sensors_of_one_drive_have_different_errors():
+    sensors = [SensorErrors(7, number, [ErrorSizes(noise=1.0)], 0.1) for number in (1, 2)]
+    first, second = ([sensor.apply([0.0], tick)[0] for tick in range(3)] for sensor in sensors)
+    assert not set(first) & set(second)
 
 
 def test_noise_has_its_sigmas_no_bias_and_no_correlation():
