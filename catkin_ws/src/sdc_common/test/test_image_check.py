@@ -27,6 +27,11 @@ def test_wrong_size_is_an_error(changes):
         check_image(Image(**{**GOOD, **changes}))
 
 
+def test_big_endian_picture_is_an_error_that_names_the_fix():
+    with pytest.raises(ValueError, match="is_bigendian false"):
+        check_image(Image(**GOOD, is_bigendian=True))
+
+
 @pytest.mark.slow(3)
 @settings(max_examples=max(200, settings.default.max_examples))
 @given(

@@ -44,11 +44,14 @@ def rear_axle_speed(
 
 
 def check_image(message: Image) -> None:
-    """Check the size of an image before its pixels are read.
+    """Check the size and the byte order of an image before its pixels are read.
 
     Raises:
-        ValueError: the image is empty, or its data are too short for its size
+        ValueError: the image is empty, its data are too short for its size, or it is big-endian,
+            which cv_bridge cannot read with NumPy 2
     """
+    if message.is_bigendian:
+        raise ValueError("the picture is big-endian; publish it with is_bigendian false")
     if not (
         0 < message.width <= message.step and 0 < message.height * message.step <= len(message.data)
     ):
