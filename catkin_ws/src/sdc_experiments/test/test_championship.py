@@ -133,7 +133,7 @@ def test_drive_in_the_sandbox_repeats_bit_for_bit(honest):
 
 
 def test_late_driver_is_worse_and_its_replay_is_equal(honest):
-    busy = "sum(range(3_000_000)) if self.count % 7 == 0 else None"
+    busy = "sum(range(12_000_000)) if self.count % 23 == 0 else None"
     with DriverServer(HONEST.format(busy)) as server:
         late = drive_seed(server, "control", "1")
     assert late["late"] and late["points"]["error_rms_m"] < honest["points"]["error_rms_m"]

@@ -23,7 +23,9 @@ def car(x=50.0, y=0.0, yaw=0.0, speed=0.0):
 
 
 def caps(*obstacles, from_s=0.0, horizon=100.0):
-    return speed_caps(STRAIGHT, STRAIGHT.s, from_s, obstacles, MARGINS, BRAKING, horizon)
+    return speed_caps(
+        STRAIGHT, STRAIGHT.s, from_s, obstacles, MARGINS, BRAKING, horizon, time_gap_s=1.0
+    )
 
 
 def test_car_stops_a_gap_behind_a_standing_car():

@@ -22,6 +22,8 @@ _WINDOW_BACK_M = 3.0
 _WINDOW_AHEAD_M = 8.0
 # The car brakes while its planner is started again, so that it moves less than this.
 _RESUME_WITHIN_M = 60.0
+# Additional time to an obstacle that is followed [s].
+_TIME_GAP_S = 1.0
 # Below this share of the planned speed, the car's acceleration limits its speed.
 _REACHED = 0.9
 
@@ -119,9 +121,15 @@ class LocalPlanner:
         if not obstacles:
             return rows
         margins, braking_mps2 = self.settings.obstacles, self.settings.limits.braking_mps2
-        s_m = self.route.s[self.ahead]
         caps = speed_caps(
-            self.route, s_m, self.place.s_m, obstacles, margins, braking_mps2, self.horizon_m
+            self.route,
+            self.route.s[self.ahead],
+            self.place.s_m,
+            obstacles,
+            margins,
+            braking_mps2,
+            self.horizon_m,
+            _TIME_GAP_S,
         )
         return self.limited(rows, caps, "obstacle")
 

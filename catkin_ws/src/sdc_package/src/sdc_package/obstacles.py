@@ -24,8 +24,6 @@ _LEAST_GAP_M = 1.0
 _FALL_BACK_S = 2.0
 # The car becomes slower by at most this to fall back [m/s].
 _SLOWER_MPS = 2.5
-# Additional time to an obstacle that is followed on a route [s].
-_TIME_GAP_S = 1.0
 
 
 def speed_caps(
@@ -36,12 +34,13 @@ def speed_caps(
     margins: ObstacleMargins,
     braking_mps2: float,
     horizon_m: float,
+    time_gap_s: float = 0.0,
 ) -> np.ndarray:
     """Return (n,) greatest speeds behind all obstacles on the lane, inf where there is none [m/s].
 
     Args: see `caps_behind`, and `Distances`
     """
-    distances = Distances(margins, _TIME_GAP_S, margins.gap_m, braking_mps2, horizon_m)
+    distances = Distances(margins, time_gap_s, margins.gap_m, braking_mps2, horizon_m)
     caps = [caps_behind(route, s_m, from_s_m, obstacle, distances) for obstacle in obstacles]
     return np.min([np.full(len(s_m), np.inf), *caps], axis=0)
 
@@ -91,7 +90,7 @@ def caps_behind(
             latest_s_m = rear_s_m - _LEAST_GAP_M - margins.car_front_m
             firm_s_m = from_s_m + speed_mps**2 / (2.0 * FIRM_MPS2)
             stop_s_m = route.last_point_s(max(stop_s_m, min(firm_s_m, latest_s_m)))
-        else:
+        elif distances.time_gap_s:
             stop_s_m += margins.gap_m - distances.follow_gap_m - along_mps * distances.time_gap_s
             falls_back_mps = along_mps + min(stop_s_m - from_s_m, 0.0) / _FALL_BACK_S
             along_mps = min(along_mps, max(falls_back_mps, speed_mps - _SLOWER_MPS, 0.0))

@@ -55,7 +55,7 @@ _CLOCKS = ("time", "monotonic", "perf_counter", "process_time", "thread_time", "
 # Audit events of Python that are refused and named before the kernel ends the process.
 _EVENTS = ("os.fork", "os.exec", "os.posix_spawn", "os.system", "os.kill", "subprocess", "socket")
 _FILE_EVENTS = ("open", "os.listdir", "os.scandir")
-_READABLE = ("/usr/", "/lib", "/opt/", "/dev/null", "/dev/urandom")
+_READABLE = ("/usr/", "/lib", "/opt/ros/", "/dev/null", "/dev/urandom")
 
 
 def main() -> None:
