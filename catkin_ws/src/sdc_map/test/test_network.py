@@ -95,6 +95,39 @@ def test_lines_and_limits_are_those_of_opendrive(tmp_path):
     assert [line.kind for line in network.lines()].count(BROKEN) == 1
 
 
+_RURAL = '<type s="50" type="rural"><speed max="{}" unit="{}"/></type>'
+_SLOW = '<lane id="-2" type="driving"><speed sOffset="20" max="5"/>'
+
+
+@pytest.mark.parametrize(
+    ("limit", "unit", "limit_mps"),
+    [("130", "km/h", 130 / 3.6), ("60", "mph", 26.8224), ("no limit", "km/h", 130 / 3.6)],
+)
+def test_limits_of_the_file_apply_each_on_its_stretch(tmp_path, limit, unit, limit_mps):
+    text = _MAPS["line"].replace("</type>", "</type>" + _RURAL.format(limit, unit))
+    text = text.replace('<lane id="-2" type="driving">', _SLOW)
+    network = load_network(write(tmp_path, text))
+    left = np.array([-math.sin(0.3), math.cos(0.3)])
+    for s_m, t_m, right_mps in (
+        (10.0, -5.25, 30 / 3.6),
+        (30.0, -5.25, 5.0),
+        (60.0, -5.25, 5.0),
+        (30.0, -1.75, 30 / 3.6),
+        (60.0, -1.75, limit_mps),
+        (30.0, 1.75, 30 / 3.6),
+        (60.0, 1.75, limit_mps),
+    ):
+        place = np.array([10.0, -4.0]) + s_m * np.array([left[1], -left[0]]) + t_m * left
+        found = network.lanes[network.nearest(*place).lane]
+        assert found.speed_limit_mps == pytest.approx(right_mps, abs=0.01)
+
+
+def test_unknown_unit_of_a_limit_is_named(tmp_path):
+    path = write(tmp_path, _MAPS["line"].replace('unit="km/h"', 'unit="kph"'))
+    with pytest.raises(MapError, match="road 7: unit 'kph' of a speed limit is unknown"):
+        load_network(path)
+
+
 def test_elevation_is_noticed(tmp_path):
     assert load_network(write(tmp_path, _MAPS["line"])).is_flat
     hill = '<elevationProfile><elevation s="0" a="0" b="0.1" c="0" d="0"/></elevationProfile>'

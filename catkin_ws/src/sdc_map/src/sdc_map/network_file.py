@@ -44,6 +44,7 @@ from sdc_map.network import (
     RoadLane,
     left_normals,
 )
+from sdc_map.opendrive_file import read_opendrive
 from sdc_map.opendrive_lanes import OpenDriveLanes
 
 VERSION = "1.28.0"
@@ -55,8 +56,6 @@ OPTIONS = (
     *("--opendrive.internal-shapes", "--offset.disable-normalization", "--no-turnarounds"),
     *("--output.original-names", "--precision", "4"),
 )
-# Positions are those of the file, as CARLA uses them, and no projection of the globe.
-_PROJECTION = re.compile(rb"<geoReference>.*?</geoReference>|<offset\b[^>]*/>", re.DOTALL)
 _ELEVATION_M = 0.05
 # By the letter of SUMO's connections: those that must stop or give way.
 _LINES = {"s": STOP, "w": STOP, "m": YIELD}
@@ -97,8 +96,8 @@ def _loaded(path: str, _: int) -> Network:
             f"{path}: is neither .xodr of OpenDRIVE nor .net.xml of SUMO; see docs/maps.md"
         )
     try:
-        own = OpenDriveLanes(path) if is_opendrive else None
-    except (ElementTree.ParseError, KeyError, ValueError) as error:
+        own = OpenDriveLanes(_tree(path)) if is_opendrive else None
+    except (LookupError, ValueError) as error:
         raise MapError(f"{path}: is not valid OpenDRIVE ({error!r})") from None
     file = network_path(path)
     try:
@@ -125,12 +124,17 @@ def _netconvert() -> str:
     return path
 
 
+def _tree(path: str) -> ElementTree.Element:
+    """Return the tree of an OpenDRIVE file in the form that netconvert reads."""
+    try:
+        return read_opendrive(path)
+    except (ElementTree.ParseError, LookupError, ValueError) as error:
+        raise MapError(f"{path}: is not valid OpenDRIVE ({error})") from None
+
+
 def _converted(path: str) -> str:
     """Return the folder of the cache with what netconvert makes of an OpenDRIVE file."""
-    with open(path, "rb") as file:
-        content = file.read()
-    if b"<OpenDRIVE" not in content:
-        raise MapError(f"{path}: is not OpenDRIVE; it has no element OpenDRIVE")
+    content = ElementTree.tostring(_tree(path))
     key = hashlib.sha256("\n".join((VERSION, *OPTIONS, "")).encode() + content).hexdigest()[:32]
     root = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     folder = os.path.join(root, "sdc_maps", key)
@@ -142,7 +146,7 @@ def _converted(path: str) -> str:
     with tempfile.TemporaryDirectory(dir=os.path.dirname(folder)) as place:
         source, made = os.path.join(place, "map.xodr"), os.path.join(place, "made")
         with open(source, "wb") as file:
-            file.write(_PROJECTION.sub(b"", content))
+            file.write(content)
         os.mkdir(made)
         files = [os.path.join(made, name) for name in ("map.net.xml", "map.poly.xml")]
         command = [program, "--opendrive-files", source, "-o", files[0], "--polygon-output"]
@@ -229,9 +233,14 @@ def _lane(lane: Any, own: OpenDriveLanes | None, leads: list[str], comes: list[s
     markings, limit_mps = (NONE, NONE), lane.getSpeed()
     roads = [one.rpartition("_") for one in (lane.getParam("origId") or "").split()]
     if own is not None and roads:
+        limits = [one for road, _, name in roads for one in own.limits_mps.get((road, name), ())]
         if not internal:
             markings = own.beside(roads[0][0], roads[0][2])
-        limit_mps = min([limit_mps, *(own.limits_mps.get(road, np.inf) for road, *_ in roads)])
+            # netconvert writes four decimals.
+            limit_mps = min(limits, key=lambda one: abs(one - limit_mps), default=limit_mps)
+        else:
+            # In a junction, netconvert knows the limits before and after it alone.
+            limit_mps = min([limit_mps, *limits])
     elif not internal:
         twins = [
             one for one in edge.getToNode().getOutgoing() if one.getToNode() == edge.getFromNode()

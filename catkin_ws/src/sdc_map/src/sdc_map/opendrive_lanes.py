@@ -1,4 +1,4 @@
-"""What netconvert does not read of OpenDRIVE: exact centre lines, lines beside lanes, limits.
+"""What netconvert does not read of OpenDRIVE: exact centre lines, and lines beside lanes.
 
 netconvert gives each lane one width and shifts straight roads at their ends only: where a width or
 a lane offset changes along a road, its lanes are up to metres beside those of the file.
@@ -18,36 +18,32 @@ from scipy.special import fresnel
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import interpolate
 from sdc_map.network import BROKEN, DOUBLE, KERB, NONE, SOLID
+from sdc_map.opendrive_file import sections
 
 _STEP_M = 0.25
 # Centre lines of netconvert that are farther from the exact one are replaced.
 _TOLERANCE_M = 0.01
-_UNITS_MPS = {"mph": 0.44704, "km/h": 1.0 / 3.6, "m/s": 1.0}
 
 
 class OpenDriveLanes:
     """Lanes of an OpenDRIVE file by road and lane id."""
 
-    def __init__(self, path: str):
-        """Read a file.
+    def __init__(self, root: ElementTree.Element):
+        """Read the tree of a file, that of `read_opendrive`.
 
         Raises:
             ElementTree.ParseError, KeyError, ValueError: it is not valid OpenDRIVE
         """
-        self.limits_mps: dict[str, float] = {}  # speed limit of a road by its id [m/s]
+        # Speed limits along a lane, in no order [m/s].
+        self.limits_mps: dict[tuple[str, str], list[float]] = defaultdict(list)
         self._lines: dict[tuple[str, str], list[np.ndarray]] = defaultdict(list)
         marked: dict = defaultdict(lambda: defaultdict(float))  # length of each marking
-        for road in ElementTree.parse(path).getroot().iter("road"):
+        for road in root.iter("road"):
             name = road.attrib["id"]
-            speed = road.find("type/speed")
-            if speed is not None and speed.get("max", "undefined") not in ("no limit", "undefined"):
-                self.limits_mps[name] = (
-                    float(speed.attrib["max"]) * _UNITS_MPS[speed.get("unit", "m/s")]
-                )
-            sections = road.findall("lanes/laneSection")
-            ends = [*(float(one.attrib["s"]) for one in sections), float(road.attrib["length"])]
-            for section, start, end in zip(sections, ends, ends[1:]):
+            for section, start, end in sections(road):
                 for lane in section.iter("lane"):
+                    limits = (float(speed.attrib["max"]) for speed in lane.findall("speed"))
+                    self.limits_mps[name, lane.attrib["id"]] += limits
                     marks = lane.findall("roadMark")
                     at = [*(float(mark.attrib["sOffset"]) for mark in marks), end - start]
                     for mark, first, last in zip(marks, at, at[1:]):
