@@ -9,12 +9,17 @@ import pytest
 from opendrive_geometry import lane_centre_lines
 from scipy.spatial import cKDTree
 
+from sdc_common.geometry.road_line import sharpest_turn
+from sdc_map.joints import joint
+from sdc_map.lane_graph import LaneGraph, drawn_places
+from sdc_map.mission import plan_mission
 from sdc_map.network import BROKEN, DOUBLE, SOLID, STOP, WALKING, YIELD
 from sdc_map.network_file import MapError, load_network
 from sdc_testing.street_maps import dense, lane, needs_maps, opendrive, town, write
 
 pytestmark = needs_maps
 
+_OTHERS = sorted(glob.glob(os.environ.get("SDC_MAPS", "") + "/*.xodr"))
 _TWO = lane(-1, mark="broken") + lane(-2)
 _SHIFT = (
     '<laneOffset s="0" a="0" b="0" c="0" d="0"/><laneOffset s="9" a="0" b=".04" c=".001" d="0"/>'
@@ -70,10 +75,92 @@ def test_junctions_of_opendrive_are_within_20_cm(tmp_path):
     assert (outside_m <= 0.05, inside_m <= 0.2, uncovered_m <= 0.3) == (True, True, True)
 
 
-@pytest.mark.parametrize("path", sorted(glob.glob(os.environ.get("SDC_MAPS", "") + "/*.xodr")))
+@pytest.mark.parametrize("path", _OTHERS)
 def test_maps_of_carla_are_within_5_and_20_cm(path):
     outside_m, inside_m, uncovered_m = largest_distances_m(path)
     assert (outside_m <= 0.05, inside_m <= 0.2, uncovered_m <= 0.3) == (True, True, True)
+
+
+def chain(*lengths):
+    """Return a map of straight roads 1, 2, ... of these lengths to the east, one after another.
+
+    Long ones have a wide lane on the right.
+    """
+    roads, start = "", 0.0
+    for number, length in enumerate(lengths, 1):
+        links = [("predecessor", number - 1, "end"), ("successor", number + 1, "start")]
+        text = "".join(
+            f'<{way} elementType="road" elementId="{other}" contactPoint="{contact}"/>'
+            for way, other, contact in links
+            if 1 <= other <= len(lengths)
+        )
+        wide = lane(-2, (7.0, 0.0)) if length > 10.0 else ""
+        road = opendrive("<line/>", length, linked(-1) + wide, linked(1)).partition("<road")[2]
+        road = road.replace('id="7"', f'id="{number}"').replace(
+            "<link/>", f"<link>{text}</link>", 1
+        )
+        roads += "<road" + road.replace('x="10"', f'x="{start}"').replace('hdg="0.3"', 'hdg="0"')
+        roads = roads.replace("</OpenDRIVE>", "")
+        start += length
+    return f'<OpenDRIVE><header revMajor="1" revMinor="4"/>{roads}</OpenDRIVE>'
+
+
+def linked(number):
+    """Return a lane that goes on with the same number."""
+    link = f'<link><predecessor id="{number}"/><successor id="{number}"/></link>'
+    return lane(number).replace("<width", link + "<width")
+
+
+def test_way_over_short_roads_has_their_length_and_does_not_fold_back(tmp_path):
+    # netconvert's junctions are larger than these roads between others that are wider.
+    lengths = (60.0, 1.0, 0.4, 60.0)
+    network = load_network(write(tmp_path, chain(*lengths)))
+    mission = plan_mission(LaneGraph(network), [(sum(lengths), -5.75)], 0.0, -5.75)
+    assert mission.ends_m == pytest.approx((sum(lengths),), abs=0.05)
+    assert np.diff(mission.points_m[:, 0]).min() > 0.9
+    assert mission.points_m[:, 1] == pytest.approx(-5.75, abs=0.01)
+
+
+@pytest.mark.parametrize("path", ["", *_OTHERS])
+def test_drawn_routes_neither_jump_nor_fold_back(tmp_path, path):
+    network = load_network(path or town(tmp_path, "--opendrive-output", "town.xodr"))
+    graph = LaneGraph(network)
+    for seed in range(1000, 1040):
+        start, goal = drawn_places(graph, seed)
+        mission = plan_mission(graph, [goal], *start)
+        way = [network.lanes[name] for name in mission.lanes]
+        for one, other in zip(way, way[1:]):
+            if other.id in one.successors:
+                assert other.points_m[0] == pytest.approx(one.points_m[-1], abs=0.01)
+        assert np.degrees(sharpest_turn(mission.points_m)[0]) < 75.0, seed
+
+
+def test_lane_over_sections_of_other_numbers_is_followed(tmp_path):
+    # Lane -1 becomes lane -2 where a lane begins on its left, which grows to 3 m within 20 m.
+    begins = lane(-1, (0.0, 0.15))
+    right = begins + linked(-2).replace('predecessor id="-2"', 'predecessor id="-1"')
+    first = linked(-1).replace('successor id="-1"', 'successor id="-2"')
+    text = opendrive("<line/>", 60, first).replace("</laneSection>", "</laneSection>{}")
+    text = text.format(
+        f'<laneSection s="40"><center>{lane(0)}</center><right>{right}</right></laneSection>'
+    )
+    path = write(tmp_path, text)
+    lines = np.vstack([dense(line) for line in lane_centre_lines(path)])
+    network = load_network(path)
+    left = np.array([-math.sin(0.3), math.cos(0.3)])
+    goal = np.array([10.0, -4.0]) + 59.0 * np.array([left[1], -left[0]]) - 4.6 * left
+    mission = plan_mission(LaneGraph(network), [goal], 11.0, -5.5)
+    assert cKDTree(lines).query(mission.points_m)[0].max() < 0.05
+
+
+def test_line_between_lanes_that_loops_is_replaced():
+    before, after = np.array([[0.0, 0.0], [20.0, 0.0]]), np.array([[30.0, 1.0], [50.0, 1.0]])
+    good = np.array([[20.2, 0.1], [25.0, 0.5], [30.2, 1.0]])
+    loop = np.array([[20.0, 0.0], [26.0, 0.0], [24.0, 3.0], [22.0, 0.0], [30.0, 1.0]])
+    assert joint(before, after, [loop, good])[1] == pytest.approx([24.9, 0.45], abs=0.1)
+    curve = joint(before, after, [loop])
+    assert (curve[0], curve[-1]) == (pytest.approx([20.0, 0.0]), pytest.approx([30.0, 1.0]))
+    assert np.degrees(sharpest_turn(np.vstack([before, curve, after]))[0]) < 10.0
 
 
 def test_positions_ignore_projection_and_offset(tmp_path):

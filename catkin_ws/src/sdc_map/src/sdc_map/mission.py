@@ -10,7 +10,7 @@ import numpy as np
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import interpolate, smooth_step
 from sdc_map.lane_graph import CHANGE_M, LaneGraph, NoRouteError, change_m
-from sdc_map.network import Network, RoadLane
+from sdc_map.network import Network, RoadLane, part_of
 
 Point = Sequence[float]
 
@@ -115,8 +115,7 @@ def _pieces(
 def _stretch(lane: RoadLane, start: float, end: float) -> tuple[np.ndarray, float]:
     """Return the points of a lane between shares of its length, and its speed limit [m, m/s]."""
     start_m, end_m = start * lane.length_m, end * lane.length_m
-    inside = lane.s_m[(lane.s_m > start_m) & (lane.s_m < end_m)]
-    return lane.at(np.array([start_m, *inside, end_m])), lane.speed_limit_mps
+    return part_of(lane.points_m, lane.s_m, start_m, end_m), lane.speed_limit_mps
 
 
 def _change(lane: RoadLane, other: RoadLane, start: float, end: float) -> np.ndarray:

@@ -296,6 +296,12 @@ def edge_of(lane: str) -> str:
     return lane.rpartition("_")[0]
 
 
+def part_of(points_m: np.ndarray, s_m: np.ndarray, start_m: float, end_m: float) -> np.ndarray:
+    """Return the part (M, 2) of a line with points (N, 2) at `s_m` (N,) between two places [m]."""
+    inside = s_m[(s_m > start_m) & (s_m < end_m)]
+    return interpolate(np.array([start_m, *inside, end_m]), s_m, points_m)
+
+
 def left_normals(points_m: np.ndarray) -> np.ndarray:
     """Return unit vectors (N, 2) to the left of a line at its points (N, 2)."""
     steps = np.diff(points_m, axis=0)

@@ -25,7 +25,9 @@ from xml.sax import SAXException
 
 import numpy as np
 
+from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.validation import DocumentError
+from sdc_map.joints import joint
 from sdc_map.map_file import map_file
 from sdc_map.network import (
     BICYCLE,
@@ -43,6 +45,7 @@ from sdc_map.network import (
     Network,
     RoadLane,
     left_normals,
+    part_of,
 )
 from sdc_map.opendrive_file import read_opendrive
 from sdc_map.opendrive_lanes import OpenDriveLanes
@@ -178,7 +181,10 @@ def _network(
             if following in sources:
                 leads[start].append(following)
                 comes[following].append(start)
-    lanes = [_lane(lane, own, leads[one], comes[one]) for one, lane in sources.items()]
+    lines = {name: _points(lane.getShape()) for name, lane in sources.items()}
+    if own is not None:
+        _take_lines_of_file(lines, sources, own, leads)
+    lanes = [_lane(lane, lines[one], own, leads[one], comes[one]) for one, lane in sources.items()]
     for edge in net.getEdges():
         for lane in edge.getLanes() if edge.getFunction() == "crossing" else ():
             line = RoadLane("", _points(lane.getShape()), lane.getWidth(), 0.0)
@@ -222,7 +228,68 @@ def _points(shape: Any) -> np.ndarray:
     return points[apart]
 
 
-def _lane(lane: Any, own: OpenDriveLanes | None, leads: list[str], comes: list[str]) -> RoadLane:
+def _take_lines_of_file(
+    lines: dict[str, np.ndarray], sources: dict, own: OpenDriveLanes, leads: dict[str, list[str]]
+) -> None:
+    """Replace the centre lines of netconvert by those of OpenDRIVE.
+
+    netconvert cuts roads where its junctions begin, which overlap where a road is short, and gives
+    a lane one width. A road has its whole length here, and lanes in junctions join both ends.
+    """
+    outside = {name: lane for name, lane in sources.items() if name[0] != ":"}
+    for name, lane in outside.items():
+        road, number = _origin(lane)
+        if road:
+            edge = lane.getEdge()
+            ends = [
+                own.place_m(road, *node.getCoord()[:2])
+                if node.getID().rpartition("#")[0] == road
+                else own.length_m(road) * is_end
+                for node, is_end in (
+                    (edge.getFromNode(), int(number) > 0),
+                    (edge.getToNode(), int(number) < 0),
+                )
+            ]
+            line = own.line(road, number, *sorted(ends))
+            lines[name] = lines[name] if line is None else _points(line)
+    for name, lane in outside.items():
+        for connection in lane.getOutgoing():
+            end = connection.getToLane().getID()
+            through = list(_through(connection, leads))
+            if end not in lines or not through:
+                continue
+            choices = own.through(*_origin(sources[through[0]])), [lines[one] for one in through]
+            found = [np.vstack(line) for line in choices if line is not None]
+            line = joint(lines[name], lines[end], found)
+            shares = np.cumsum([0.0, *(arc_lengths(lines[one])[-1] for one in through)])
+            s = arc_lengths(line)
+            cuts = shares / max(shares[-1], 1e-9) * s[-1]
+            for one, first, last in zip(through, cuts, cuts[1:]):
+                lines[one] = _points(part_of(line, s, first, last))
+
+
+def _origin(lane: Any) -> tuple[str, str]:
+    """Return ids of road and lane in OpenDRIVE, both "" if it has none or several."""
+    origins = (lane.getParam("origId") or "").split()
+    road, _, number = origins[0].rpartition("_") if len(origins) == 1 else ("", "", "")
+    return road, number
+
+
+def _through(connection: Any, leads: dict[str, list[str]]) -> Iterator[str]:
+    """Return the lanes in the junction that a connection leads over."""
+    lane = connection.getViaLaneID()
+    while lane and lane[0] == ":":
+        yield lane
+        lane = next(iter(leads[lane]), "")
+
+
+def _lane(
+    lane: Any,
+    points_m: np.ndarray,
+    own: OpenDriveLanes | None,
+    leads: list[str],
+    comes: list[str],
+) -> RoadLane:
     edge, index = lane.getEdge(), lane.getIndex()
     lanes = edge.getLanes()
     internal = edge.getFunction() == "internal"
@@ -249,13 +316,10 @@ def _lane(lane: Any, own: OpenDriveLanes | None, leads: list[str], comes: list[s
         single = both.count(DRIVING) == len(twins) + 1
         middle = SOLID if not twins else BROKEN if single else DOUBLE
         markings = (middle if is_leftmost else BROKEN, BROKEN if right else SOLID)
-    points = _points(lane.getShape())
-    if own is not None and len(roads) == 1:
-        points = own.exact(roads[0][0], roads[0][2], points)
     own_junction = edge.getFromNode().getID() if internal else ""
     return RoadLane(
         lane.getID(),
-        points,
+        points_m,
         lane.getWidth(),
         float(limit_mps),
         *markings,
@@ -285,10 +349,6 @@ def _junction(net: Any, node: Any, leads: dict[str, list[str]]) -> Junction:
     ]
     connections, has_foes = [], node.hasFoes()
     for connection in found:
-        through, lane = [], connection.getViaLaneID()
-        while lane and lane[0] == ":":
-            through.append(lane)
-            lane = next(iter(leads[lane]), "")
         others = [i for i, one in enumerate(found) if has_foes and node.forbids(one, connection)]
         light = connection.getTLLinkIndex() if connection.getTLSID() else -1
         line = STOP if light >= 0 else _LINES.get(connection.getState(), "")
@@ -297,7 +357,7 @@ def _junction(net: Any, node: Any, leads: dict[str, list[str]]) -> Junction:
         connections.append(
             Connection(
                 connection.getFromLane().getID(),
-                tuple(through),
+                tuple(_through(connection, leads)),
                 connection.getToLane().getID(),
                 connection.getDirection(),
                 tuple(others),

@@ -8,21 +8,27 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
 from collections import defaultdict
-from typing import Iterable
+from typing import Iterable, NamedTuple
 
 import numpy as np
-from scipy.interpolate import interp1d
-from scipy.spatial import cKDTree
 from scipy.special import fresnel
 
 from sdc_common.geometry.road_line import arc_lengths
-from sdc_common.geometry.route import interpolate
-from sdc_map.network import BROKEN, DOUBLE, KERB, NONE, SOLID
+from sdc_map.network import BROKEN, DOUBLE, KERB, NONE, SOLID, part_of
 from sdc_map.opendrive_file import sections
 
 _STEP_M = 0.25
-# Centre lines of netconvert that are farther from the exact one are replaced.
-_TOLERANCE_M = 0.01
+# Ends of lines that are farther from each other do not belong together.
+_APART_M = 0.5
+
+
+class _Piece(NamedTuple):
+    """A lane in one lane section."""
+
+    s_m: np.ndarray  # (N,) places along the road [m]
+    points_m: np.ndarray  # (N, 2) its centre line, in the direction of the road [m]
+    before: str  # id of the lane before it along the road
+    after: str  # id of the lane after it
 
 
 class OpenDriveLanes:
@@ -36,7 +42,8 @@ class OpenDriveLanes:
         """
         # Speed limits along a lane, in no order [m/s].
         self.limits_mps: dict[tuple[str, str], list[float]] = defaultdict(list)
-        self._lines: dict[tuple[str, str], list[np.ndarray]] = defaultdict(list)
+        # Of each lane section of a road, the lanes by their ids.
+        self._sections: dict[str, list[dict[str, _Piece]]] = defaultdict(list)
         marked: dict = defaultdict(lambda: defaultdict(float))  # length of each marking
         for road in root.iter("road"):
             name = road.attrib["id"]
@@ -48,30 +55,55 @@ class OpenDriveLanes:
                     at = [*(float(mark.attrib["sOffset"]) for mark in marks), end - start]
                     for mark, first, last in zip(marks, at, at[1:]):
                         marked[name, lane.attrib["id"]][mark.attrib["type"]] += last - first
-                for number, line in _centre_lines(road, section, start, end):
-                    self._lines[name, number].append(line)
+                self._sections[name].append(dict(_pieces(road, section, start, end)))
         self._markings = {key: max(own, key=own.__getitem__) for key, own in marked.items()}
 
-    def exact(self, road: str, lane: str, points_m: np.ndarray) -> np.ndarray:
-        """Return a centre line (N, 2), moved to the exact one if it is beside it [m]."""
-        lines = self._lines.get((road, lane))
-        if not lines or len(points_m) < 2:
-            return points_m
-        line = np.vstack(lines)
-        s = arc_lengths(points_m)
-        at = np.linspace(0.0, s[-1], int(s[-1] / (2.0 * _STEP_M)) + 2)
-        dense = interpolate(at, s, points_m)
-        _, nearest = cKDTree(line).query(dense)
-        best, distance = dense, np.full(len(dense), np.inf)
-        for first in (np.maximum(nearest - 1, 0), np.minimum(nearest, len(line) - 2)):
-            step = line[first + 1] - line[first]
-            square = np.maximum(np.sum(step * step, axis=1), 1e-12)
-            share = np.clip(np.sum((dense - line[first]) * step, axis=1) / square, 0.0, 1.0)
-            foot = line[first] + share[:, None] * step
-            away = np.hypot(*(dense - foot).T)
-            best = np.where((away < distance)[:, None], foot, best)
-            distance = np.minimum(away, distance)
-        return best if distance.max() > _TOLERANCE_M else points_m
+    def length_m(self, road: str) -> float:
+        """Return the length of a road [m]."""
+        return float(self._sections[road][-1]["0"].s_m[-1])
+
+    def place_m(self, road: str, x_m: float, y_m: float) -> float:
+        """Return the place along a road that is nearest to a point of its reference line [m]."""
+        reference = [section["0"] for section in self._sections[road]]
+        s = np.concatenate([piece.s_m for piece in reference])
+        points = np.vstack([piece.points_m for piece in reference])
+        row = min(int(np.argmin(np.hypot(*(points - (x_m, y_m)).T))), len(s) - 2)
+        step = points[row + 1] - points[row]
+        share = (np.array([x_m, y_m]) - points[row]) @ step / max(step @ step, 1e-9)
+        s_m = float(s[row] + share * (s[row + 1] - s[row]))
+        border_m = min((piece.s_m[0] for piece in reference), key=lambda s: abs(s - s_m))
+        return float(border_m) if abs(border_m - s_m) < _STEP_M else s_m
+
+    def line(self, road: str, lane: str, start_m: float, end_m: float) -> np.ndarray | None:
+        """Return the centre line (N, 2) of a lane between two places along its road.
+
+        It is in the direction of travel, and within the lane section in the middle of both.
+        """
+        middle_m = 0.5 * (start_m + end_m)
+        for section in self._sections.get(road, ()):
+            piece = section.get(lane)
+            if piece is not None and piece.s_m[0] <= middle_m <= piece.s_m[-1]:
+                ends_m = max(start_m, piece.s_m[0]), min(end_m, piece.s_m[-1])
+                points = part_of(piece.points_m, piece.s_m, *ends_m)
+                return points if lane.startswith("-") else points[::-1]
+        return None
+
+    def through(self, road: str, lane: str) -> np.ndarray | None:
+        """Return the centre line (N, 2) along a whole road from a lane of its first section.
+
+        It is in the direction of travel; None if there is no line without a jump.
+        """
+        lines: list[np.ndarray] = []
+        forward = lane.startswith("-")
+        for section in self._sections.get(road, [])[:: 1 if forward else -1]:
+            if lane not in section:
+                return None
+            points = section[lane].points_m[:: 1 if forward else -1]
+            if lines and np.hypot(*(points[0] - lines[-1][-1])) > _APART_M:
+                return None
+            lines.append(points)
+            lane = section[lane].after if forward else section[lane].before
+        return np.vstack(lines) if lines else None
 
     def beside(self, road: str, lane: str) -> tuple[str, str]:
         """Return the lines on the left and on the right of a lane; each lane has its outer one."""
@@ -85,20 +117,24 @@ class OpenDriveLanes:
         return DOUBLE if " " in kind else BROKEN if kind.startswith("b") else SOLID
 
 
-def _centre_lines(
+def _pieces(
     road: ElementTree.Element, section: ElementTree.Element, start_m: float, end_m: float
-) -> Iterable[tuple[str, np.ndarray]]:
-    """Return id and centre line (N, 2) of the lanes of a section, in the direction of the road."""
+) -> Iterable[tuple[str, _Piece]]:
+    """Return ids and lanes of a section, and the reference line as that of lane 0."""
     s = np.linspace(start_m, end_m, int((end_m - start_m) / _STEP_M) + 2)
     points, heading = _reference_line(road, s)
     left = np.column_stack([-np.sin(heading), np.cos(heading)])
     offset = _cubic(road.findall("lanes/laneOffset"), "s", s)
+    yield "0", _Piece(s, points, "0", "0")
     for side, sign in (("left", 1.0), ("right", -1.0)):
         edge = offset
         lanes = section.findall(side + "/lane")
         for lane in sorted(lanes, key=lambda one: abs(int(one.attrib["id"]))):
             width = sign * _cubic(lane.findall("width"), "sOffset", s - start_m)
-            yield lane.attrib["id"], points + (edge + 0.5 * width)[:, None] * left
+            number = lane.attrib["id"]
+            links = (lane.find("link/" + way) for way in ("predecessor", "successor"))
+            ids = (number if link is None else link.attrib["id"] for link in links)
+            yield number, _Piece(s, points + (edge + 0.5 * width)[:, None] * left, *ids)
             edge = edge + width
 
 
@@ -142,14 +178,16 @@ def _shape(shape: ElementTree.Element, t: np.ndarray, length_m: float) -> tuple:
         sine, cosine = fresnel((np.append(0.0, t) + first / change) / scale)
         spiral = scale * (cosine + 1j * np.sign(change) * sine)
         return np.exp(-0.5j * first * first / change) * (spiral[1:] - spiral[0]), angle
-    if shape.tag == "poly3":
-        u = np.linspace(0.0, length_m, int(length_m / 0.1) + 2)
-        at = arc_lengths(np.column_stack([u, _polynomial(number, "", u)]))
-        p = interp1d(at, u, fill_value="extrapolate")(t)
-        return p + 1j * _polynomial(number, "", p), np.arctan(_slope(number, "", p))
-    if shape.tag != "paramPoly3":
+    if shape.tag not in ("poly3", "paramPoly3"):
         raise ValueError(f"unknown geometry {shape.tag}")
-    p = t if shape.get("pRange") == "arcLength" else t / length_m
+    if shape.tag == "poly3":
+        number = {name + "V": value for name, value in number.items()}
+        number.update(aU=0.0, bU=1.0, cU=0.0, dU=0.0)
+    has_length = shape.tag == "poly3" or shape.get("pRange") == "arcLength"
+    # The parameter is neither an arc length nor a share of it in all files.
+    p = np.linspace(0.0, length_m if has_length else 1.0, int(length_m / 0.1) + 2)
+    curve = np.column_stack([_polynomial(number, axis, p) for axis in "UV"])
+    p = np.interp(t, arc_lengths(curve), p)
     u, v = (_polynomial(number, axis, p) for axis in "UV")
     return u + 1j * v, np.arctan2(_slope(number, "V", p), _slope(number, "U", p))
 
