@@ -38,6 +38,9 @@ _MAPS = {
 }
 
 
+_DIRECT = '<OpenDRIVE><junction id="9" type="direct"/></OpenDRIVE>'
+
+
 @pytest.fixture(autouse=True)
 def own_cache(tmp_path_factory, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.getbasetemp() / "cache"))
@@ -215,6 +218,53 @@ def test_unknown_unit_of_a_limit_is_named(tmp_path):
         load_network(path)
 
 
+@pytest.mark.parametrize(
+    ("kind", "lanes", "is_named"),
+    [
+        ("stop", 1, True),
+        ("parking", 1, True),
+        ("roadWorks", 1, True),
+        ("bidirectional", 1, True),
+        ("bus", 1, True),
+        ("shoulder", 1, False),
+        ("slipLane", 2, False),
+        ("connectingRamp", 2, False),
+        ("shared", 2, False),
+        ("exit", 2, False),
+    ],
+)
+def test_cars_drive_on_some_types_of_lanes(tmp_path, kind, lanes, is_named):
+    text = opendrive("<line/>", 80, lane(-1, mark="broken") + lane(-2, kind=kind))
+    network = load_network(write(tmp_path, text))
+    assert len(network.driving) == lanes
+    expected = f"lanes of the type {kind} (1, the first: road 7 at 0 m)"
+    assert network.left_out == ((expected,) if is_named else ())
+
+
+@pytest.mark.parametrize("sign", ["", "-"])
+def test_borders_of_lanes_are_read_as_widths(tmp_path, sign):
+    border = '<border sOffset="{}" a="{}{}" b="{}{}" c="0" d="0"/>'
+    inner = border.format(0, sign, 3.5, sign, 0)
+    outer = border.format(0, sign, 7.0, sign, 0) + border.format(40, sign, 7.0, sign, 0.05)
+    width = '<width sOffset="0" a="3.5" b="0.0" c="0" d="0"/>'
+    right = lane(-1).replace(width, inner) + lane(-2).replace(width, outer)
+    same = opendrive("<line/>", 80, lane(-1) + lane(-2))
+    network = load_network(write(tmp_path, opendrive("<line/>", 80, right)))
+    lines = [one.points_m for one in load_network(write(tmp_path, same, "b.xodr")).driving]
+    for one, line in zip(network.driving, lines):
+        assert one.points_m[0] == pytest.approx(line[0], abs=1e-3)
+    # The second lane is 2 m wider at its end.
+    ends = [np.hypot(*(a.points_m[-1] - line[-1])) for a, line in zip(network.driving, lines)]
+    assert sorted(ends) == pytest.approx([0.0, 1.0], abs=0.01)
+
+
+def test_signal_without_type_is_left_out(tmp_path):
+    signal = '<signals><signal id="7" s="5" t="0" dynamic="no" orientation="+" type=""/></signals>'
+    text = _MAPS["line"].replace("</lanes>", "</lanes>" + signal)
+    network = load_network(write(tmp_path, text))
+    assert network.left_out == ("signals without type (1, the first: signal 7 of road 7)",)
+
+
 def test_elevation_is_noticed(tmp_path):
     assert load_network(write(tmp_path, _MAPS["line"])).is_flat
     hill = '<elevationProfile><elevation s="0" a="0" b="0.1" c="0" d="0"/></elevationProfile>'
@@ -285,6 +335,8 @@ def test_nearest_lane_prefers_the_direction_of_the_car(streets):
         ("a.xodr", "<OpenDRIVE>", "not valid OpenDRIVE"),
         ("a.xodr", "<net/>", "no element OpenDRIVE"),
         ("a.xodr", "<OpenDRIVE/>", "netconvert cannot read it"),
+        ("a.xodr", _DIRECT, "junction 9 is a direct junction .* export with connecting roads"),
+        ("a.xodr", _MAPS["line"].replace('junction="-1"', 'rule="LHT"'), "road 7 has left-hand"),
         ("a.net.xml", "<net", "no complete network"),
         ("a.net.xml", '<net version="1.20"/>', "no lane for cars"),
         ("a.csv", "", "neither .xodr"),

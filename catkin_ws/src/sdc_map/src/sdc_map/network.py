@@ -178,6 +178,7 @@ class Network:
         # first two corners at the right edge of a lane [m].
         self.bays, self.bus_stops = tuple(bays), tuple(bus_stops)
         self.is_flat = is_flat  # whether the map has no elevation, which is ignored
+        self.left_out: tuple[str, ...] = ()  # what the file has and the network has not
         self.driving = [lane for lane in self.lanes.values() if lane.kind == DRIVING]
         if not self.driving:
             raise ValueError(f"the map {name} has no lane for cars")

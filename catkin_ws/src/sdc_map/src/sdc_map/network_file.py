@@ -98,8 +98,9 @@ def _loaded(path: str, _: int) -> Network:
         raise MapError(
             f"{path}: is neither .xodr of OpenDRIVE nor .net.xml of SUMO; see docs/maps.md"
         )
+    root, left_out = _tree(path) if is_opendrive else (None, [])
     try:
-        own = OpenDriveLanes(_tree(path)) if is_opendrive else None
+        own = None if root is None else OpenDriveLanes(root)
     except (LookupError, ValueError) as error:
         raise MapError(f"{path}: is not valid OpenDRIVE ({error!r})") from None
     file = network_path(path)
@@ -112,9 +113,11 @@ def _loaded(path: str, _: int) -> Network:
         polygons = os.path.join(os.path.dirname(file), "map.poly.xml")
         crosswalks = list(_polygons(polygons)) if own else []
         places = re.sub(r"\.net\.xml(\.gz)?$", ".add.xml", path)
-        return _network(name, net, own, crosswalks, "" if own else places)
+        network = _network(name, net, own, crosswalks, "" if own else places)
     except (SAXException, ValueError, LookupError, AttributeError) as error:
         raise MapError(f"{path}: is no complete network of SUMO ({error!r})") from None
+    network.left_out = tuple(left_out)
+    return network
 
 
 def _netconvert() -> str:
@@ -127,17 +130,19 @@ def _netconvert() -> str:
     return path
 
 
-def _tree(path: str) -> ElementTree.Element:
-    """Return the tree of an OpenDRIVE file in the form that netconvert reads."""
+def _tree(path: str) -> tuple[ElementTree.Element, list[str]]:
+    """Return the tree of an OpenDRIVE file for netconvert, and what is left out of it."""
     try:
         return read_opendrive(path)
-    except (ElementTree.ParseError, LookupError, ValueError) as error:
-        raise MapError(f"{path}: is not valid OpenDRIVE ({error})") from None
+    except (ElementTree.ParseError, LookupError) as error:
+        raise MapError(f"{path}: is not valid OpenDRIVE ({error!r})") from None
+    except ValueError as error:
+        raise MapError(f"{path}: {error}") from None
 
 
 def _converted(path: str) -> str:
     """Return the folder of the cache with what netconvert makes of an OpenDRIVE file."""
-    content = ElementTree.tostring(_tree(path))
+    content = ElementTree.tostring(_tree(path)[0])
     key = hashlib.sha256("\n".join((VERSION, *OPTIONS, "")).encode() + content).hexdigest()[:32]
     root = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     folder = os.path.join(root, "sdc_maps", key)
@@ -404,6 +409,8 @@ def main() -> None:
         f"{len(kinds)} junctions, {kinds.count('traffic_light')} with lights, "
         f"{len(network.crosswalks)} crosswalks" + ("" if network.is_flat else "; driven flat")
     )
+    for text in network.left_out:
+        print(f"left out: {text}")
     for lane in network.driving if sys.argv[2:] else ():
         if not lane.junction:
             (x, y), (end_x, end_y) = lane.points_m[[0, -1]]

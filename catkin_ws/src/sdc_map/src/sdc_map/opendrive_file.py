@@ -5,20 +5,31 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 from typing import Iterable, Iterator
 
+import numpy as np
+
 _UNITS_MPS = {"mph": 0.44704, "km/h": 1.0 / 3.6, "m/s": 1.0}
 # Limit where the file has none [m/s]; it is that of netconvert for lanes of the type driving.
 _DEFAULT_MPS = 13.89
 # Limit where the file has "no limit" [m/s]: the recommended speed of German motorways, 130 km/h.
 _NO_LIMIT_MPS = 130.0 / 3.6
+# Types of lanes on which cars do not drive, though some are lanes for cars in netconvert.
+_NOT_DRIVEN = ("stop", "parking", "roadWorks", "bidirectional", "bus", "taxi", "HOV")
+# The type as netconvert knows it.
+_TYPES = {
+    **dict.fromkeys(_NOT_DRIVEN, "shoulder"),
+    **dict.fromkeys(("slipLane", "connectingRamp", "shared"), "driving"),
+}
+# Attributes without which netconvert refuses the whole map.
+_NEEDED = {"signal": ("id", "type", "s", "orientation", "dynamic"), "object": ("s", "t")}
 # Limits and sections that begin so close to each other begin at one place.
 _SAME_PLACE_M = 1.0
 
 
-def read_opendrive(path: str) -> ElementTree.Element:
-    """Return the tree of a file in the form that netconvert reads.
+def read_opendrive(path: str) -> tuple[ElementTree.Element, list[str]]:
+    """Return the tree of a file in the form that netconvert reads, and what is left out of it.
 
-    Each lane has its speed limits, those of the road, too. The projection and the offset are left
-    out: positions are those of the file, as CARLA uses them.
+    Each lane has its speed limits, those of the road, too, and a width instead of a border. The
+    projection and the offset are left out: positions are those of the file, as CARLA uses them.
 
     Raises:
         ElementTree.ParseError, KeyError, ValueError: it is not valid OpenDRIVE
@@ -31,9 +42,45 @@ def read_opendrive(path: str) -> ElementTree.Element:
     for header in root.findall("header"):
         for element in [*header.findall("geoReference"), *header.findall("offset")]:
             header.remove(element)
+    _refuse(root)
+    left_out: dict[str, list[str]] = {}
     for road in root.iter("road"):
+        for section, start_m, _ in sections(road):
+            _write_widths(section)
+            place = f"road {road.attrib['id']} at {start_m:.0f} m"
+            for lane in section.iter("lane"):
+                kind = lane.get("type", "")
+                if kind in _NOT_DRIVEN:
+                    left_out.setdefault(f"lanes of the type {kind}", []).append(place)
+                lane.set("type", _TYPES.get(kind, kind))
         _write_limits(road)
-    return root
+        _remove_incomplete(road, left_out)
+    texts = (f"{what} ({len(found)}, the first: {found[0]})" for what, found in left_out.items())
+    return root, list(texts)
+
+
+def _refuse(root: ElementTree.Element) -> None:
+    """Raise ValueError for what is valid OpenDRIVE and cannot be driven."""
+    for junction in root.iter("junction"):
+        if junction.get("type") == "direct":
+            name = f"junction {junction.get('id')} is a direct junction of OpenDRIVE 1.7"
+            raise ValueError(f"{name}, which is not read; export with connecting roads (1.6)")
+    for road in root.iter("road"):
+        if road.get("rule") == "LHT":
+            name = f"road {road.get('id')} has left-hand traffic"
+            raise ValueError(f'{name} (rule="LHT"), which is not driven; use a map with "RHT"')
+
+
+def _remove_incomplete(road: ElementTree.Element, left_out: dict[str, list[str]]) -> None:
+    """Remove signals and objects for which netconvert would refuse the whole map."""
+    for kind, names in _NEEDED.items():
+        for parent in road.findall(kind + "s"):
+            for element in parent.findall(kind):
+                lacking = [name for name in names if not element.get(name)]
+                if lacking:
+                    place = f"{kind} {element.get('id')} of road {road.get('id')}"
+                    left_out.setdefault(f"{kind}s without {lacking[0]}", []).append(place)
+                    parent.remove(element)
 
 
 def sections(road: ElementTree.Element) -> Iterator[tuple[ElementTree.Element, float, float]]:
@@ -41,6 +88,48 @@ def sections(road: ElementTree.Element) -> Iterator[tuple[ElementTree.Element, f
     found = road.findall("lanes/laneSection")
     ends = [*(float(section.attrib["s"]) for section in found), float(road.attrib["length"])]
     return zip(found, ends, ends[1:])
+
+
+def _write_widths(section: ElementTree.Element) -> None:
+    """Write the widths of lanes whose outer border the file has instead."""
+    for side in ("left", "right") if section.find(".//border") is not None else ():
+        inner = np.zeros((1, 5))
+        for lane in sorted(
+            section.findall(side + "/lane"), key=lambda one: abs(int(one.get("id")))
+        ):
+            widths = cubics(lane.findall("width"), "sOffset")
+            borders = cubics(lane.findall("border"), "sOffset")
+            if len(widths) or not len(borders):
+                inner = _sum(inner, widths if len(widths) else np.zeros((1, 5)), 1.0)
+                continue
+            # On the right borders are negative in the standard, and positive in some files.
+            if borders[:, 1].min() < 0.0:
+                borders[:, 1:] *= -1.0
+            for row in _sum(borders, inner, -1.0):
+                names = dict(zip(("sOffset", *"abcd"), map(repr, row.tolist())))
+                ElementTree.SubElement(lane, "width", names)
+            inner = borders
+
+
+def cubics(pieces: list[ElementTree.Element], key: str) -> np.ndarray:
+    """Return start and coefficients (N, 5) of the pieces of a piecewise cubic."""
+    rows = [[float(one.attrib[name]) for name in (key, *"abcd")] for one in pieces]
+    return np.array(rows).reshape(-1, 5)
+
+
+def _sum(one: np.ndarray, other: np.ndarray, factor: float) -> np.ndarray:
+    """Return the pieces (N, 5) of a piecewise cubic plus `factor` times another one."""
+    rows = []
+    for start in np.unique(np.append(one[:, 0], other[:, 0])):
+        both = (pieces[pieces[:, 0] <= start][-1:] for pieces in (one, other))
+        sums = np.zeros(4)
+        for piece, weight in zip(both, (1.0, factor)):
+            for first, a, b, c, d in piece:
+                t = start - first
+                shifted = a + t * (b + t * (c + t * d)), b + t * (2.0 * c + 3.0 * t * d)
+                sums += weight * np.array([*shifted, c + 3.0 * t * d, d])
+        rows.append([start, *sums])
+    return np.array(rows)
 
 
 def _write_limits(road: ElementTree.Element) -> None:

@@ -15,7 +15,7 @@ from scipy.special import fresnel
 
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_map.network import BROKEN, DOUBLE, KERB, NONE, SOLID, part_of
-from sdc_map.opendrive_file import sections
+from sdc_map.opendrive_file import cubics, sections
 
 _STEP_M = 0.25
 # Ends of lines that are farther from each other do not belong together.
@@ -142,7 +142,7 @@ def _cubic(pieces: list[ElementTree.Element], key: str, s: np.ndarray) -> np.nda
     """Return a piecewise cubic at places (N,); pieces begin at their `key`."""
     if not pieces:
         return np.zeros(len(s))
-    table = np.array([[float(one.attrib[name]) for name in (key, *"abcd")] for one in pieces])
+    table = cubics(pieces, key)
     start, a, b, c, d = table[np.maximum(np.searchsorted(table[:, 0], s + 1e-9) - 1, 0)].T
     t = s - start
     return a + t * (b + t * (c + t * d))
