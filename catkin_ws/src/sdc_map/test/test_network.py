@@ -3,6 +3,7 @@
 import glob
 import math
 import os
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from opendrive_geometry import lane_centre_lines
 from scipy.spatial import cKDTree
 
 from sdc_common.geometry.road_line import sharpest_turn
+from sdc_map import network_file
 from sdc_map.joints import joint
 from sdc_map.lane_graph import LaneGraph, drawn_places
 from sdc_map.mission import plan_mission
@@ -263,6 +265,43 @@ def test_signal_without_type_is_left_out(tmp_path):
     text = _MAPS["line"].replace("</lanes>", "</lanes>" + signal)
     network = load_network(write(tmp_path, text))
     assert network.left_out == ("signals without type (1, the first: signal 7 of road 7)",)
+
+
+@pytest.mark.parametrize("curvatures", [(0.07, 0.07 - 1e-16), (0.02, 0.02), (0.0, 1e-12)])
+def test_spiral_of_one_curvature_is_an_arc(tmp_path, curvatures):
+    first, last = curvatures
+    spiral = f'<spiral curvStart="{first!r}" curvEnd="{last!r}"/>'
+    arc = f'<arc curvature="{first!r}"/>' if first else "<line/>"
+    found, right = (
+        load_network(write(tmp_path, opendrive(shape, 12, lane(-1), lane(1)), name)).driving
+        for shape, name in ((spiral, "spiral.xodr"), (arc, "arc.xodr"))
+    )
+    for one, other in zip(found, right):
+        assert one.points_m == pytest.approx(other.points_m, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("program", "words"),
+    [
+        ("sleep 9", "takes more than 0.5 s"),
+        (
+            "echo 'Error: a is b.' >&2; echo 'Error: c.' >&2; exit 1",
+            r"read it: a is b \(and 1 more\)",
+        ),
+        ("head -c 3000m /dev/zero | tail | wc; exit 1", "cannot read it"),
+        ("echo 'std::bad_alloc' >&2; exit 1", "it needs more than 2 GB"),
+    ],
+)
+def test_netconvert_that_fails_is_one_line(tmp_path, monkeypatch, program, words):
+    path = write(tmp_path, _MAPS["line"].replace("3.5", "3.3"))
+    os.makedirs(tmp_path / "sumo" / "bin")
+    os.chmod(write(tmp_path / "sumo" / "bin", "#!/bin/sh\n" + program, "netconvert"), 0o755)
+    sumolib = SimpleNamespace(origin=str(tmp_path / "sumolib" / "__init__.py"))
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: sumolib)
+    monkeypatch.setattr(network_file, "TIMEOUT_S", 0.5 if "sleep" in program else 60.0)
+    with pytest.raises(MapError, match=words) as error:
+        load_network(path)
+    assert "\n" not in str(error.value) and "check the file" in str(error.value)
 
 
 def test_elevation_is_noticed(tmp_path):

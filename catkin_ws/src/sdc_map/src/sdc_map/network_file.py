@@ -59,6 +59,10 @@ OPTIONS = (
     *("--opendrive.internal-shapes", "--offset.disable-normalization", "--no-turnarounds"),
     *("--output.original-names", "--precision", "4"),
 )
+# At most so much time [s] and memory [kB] for netconvert: some files make it take all there is.
+TIMEOUT_S = 60.0
+MEMORY_KB = 2_000_000
+_FIX = "check the file, for example with asam-qc-opendrive, or read a part of it"
 _ELEVATION_M = 0.05
 # By the letter of SUMO's connections: those that must stop or give way.
 _LINES = {"s": STOP, "w": STOP, "m": YIELD}
@@ -161,16 +165,34 @@ def _converted(path: str) -> str:
         command += [files[1], *OPTIONS]
         # The data of another version of SUMO, or of libsumo in this process, are not its own.
         own = {name: value for name, value in os.environ.items() if name != "SUMO_HOME"}
-        done = subprocess.run(command, capture_output=True, text=True, check=False, env=own)
+        try:
+            done = subprocess.run(
+                ["/bin/sh", "-c", f'ulimit -v {MEMORY_KB}; exec "$@"', "sh", *command],
+                capture_output=True,
+                text=True,
+                check=False,
+                env=own,
+                timeout=TIMEOUT_S,
+            )
+        except subprocess.TimeoutExpired:
+            raise MapError(f"{path}: netconvert takes more than {TIMEOUT_S:g} s; {_FIX}") from None
         if done.returncode or not os.path.exists(files[0]):
-            lines = [line for line in done.stderr.splitlines() if line.startswith("Error")]
-            raise MapError(f"{path}: netconvert cannot read it: {'; '.join(lines) or done.stderr}")
+            raise MapError(f"{path}: netconvert cannot read it: {_reason(done.stderr)}; {_FIX}")
         try:
             os.rename(made, folder)
         except OSError:
             if not os.path.isdir(folder):
                 shutil.copytree(made, folder)
     return folder
+
+
+def _reason(text: str) -> str:
+    """Return in one line why netconvert ended, by what it wrote to the standard error."""
+    if "bad_alloc" in text:
+        return f"it needs more than {MEMORY_KB / 1e6:g} GB"
+    errors = [line[7:] for line in text.splitlines() if line.startswith("Error: ")]
+    lines = list(dict.fromkeys(errors or text.splitlines())) or ["it ended without a reason"]
+    return lines[0].rstrip(".") + (f" (and {len(lines) - 1} more)" if lines[1:] else "")
 
 
 def _network(

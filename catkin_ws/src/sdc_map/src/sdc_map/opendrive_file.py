@@ -21,6 +21,8 @@ _TYPES = {
 }
 # Attributes without which netconvert refuses the whole map.
 _NEEDED = {"signal": ("id", "type", "s", "orientation", "dynamic"), "object": ("s", "t")}
+# Curvatures that differ by less are the same [1/m]: within 100 m, they are 0.2 mm apart.
+_SAME_CURVATURE = 1e-7
 # Limits and sections that begin so close to each other begin at one place.
 _SAME_PLACE_M = 1.0
 
@@ -54,6 +56,7 @@ def read_opendrive(path: str) -> tuple[ElementTree.Element, list[str]]:
                     left_out.setdefault(f"lanes of the type {kind}", []).append(place)
                 lane.set("type", _TYPES.get(kind, kind))
         _write_limits(road)
+        _write_arcs(road)
         _remove_incomplete(road, left_out)
     texts = (f"{what} ({len(found)}, the first: {found[0]})" for what, found in left_out.items())
     return root, list(texts)
@@ -88,6 +91,17 @@ def sections(road: ElementTree.Element) -> Iterator[tuple[ElementTree.Element, f
     found = road.findall("lanes/laneSection")
     ends = [*(float(section.attrib["s"]) for section in found), float(road.attrib["length"])]
     return zip(found, ends, ends[1:])
+
+
+def _write_arcs(road: ElementTree.Element) -> None:
+    """Write an arc or a line for a spiral of one curvature, on which netconvert does not end."""
+    for shape in road.findall("planView/geometry/*"):
+        first, last = (float(shape.get(name, 0.0)) for name in ("curvStart", "curvEnd"))
+        curvature = float(shape.get("curvature", first))
+        if shape.tag == "spiral" and abs(last - first) < _SAME_CURVATURE or shape.tag == "arc":
+            is_straight = abs(curvature) < _SAME_CURVATURE
+            shape.tag = "line" if is_straight else "arc"
+            shape.attrib = {} if is_straight else {"curvature": repr(curvature)}
 
 
 def _write_widths(section: ElementTree.Element) -> None:
