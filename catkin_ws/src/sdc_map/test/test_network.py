@@ -40,6 +40,7 @@ _MAPS = {
 }
 
 
+_TWICE = _MAPS["line"].replace("</OpenDRIVE>", _MAPS["line"].partition("</header>")[2])
 _DIRECT = '<OpenDRIVE><junction id="9" type="direct"/></OpenDRIVE>'
 
 
@@ -304,6 +305,24 @@ def test_netconvert_that_fails_is_one_line(tmp_path, monkeypatch, program, words
     assert "\n" not in str(error.value) and "check the file" in str(error.value)
 
 
+def test_upper_case_ending_and_utf_16_are_read(tmp_path):
+    path = tmp_path / "MAP.XODR"
+    path.write_text('<?xml version="1.0" encoding="UTF-16"?>' + _MAPS["line"], "utf-16")
+    assert len(load_network(str(path)).driving) == 3
+
+
+def test_link_without_target_is_left_out(tmp_path):
+    link = '<link><successor elementType="road" elementId="9" contactPoint="start"/></link>'
+    junction = (
+        '<junction id="4"><connection id="0" incomingRoad="7" connectingRoad="8"/></junction>'
+    )
+    text = _MAPS["line"].replace("<link/>", link).replace("</OpenDRIVE>", junction + "</OpenDRIVE>")
+    network = load_network(write(tmp_path, text))
+    assert len(network.driving) == 3
+    expected = "links to what the file does not have (2, the first: road 7 to road 9)"
+    assert network.left_out == (expected,)
+
+
 def test_elevation_is_noticed(tmp_path):
     assert load_network(write(tmp_path, _MAPS["line"])).is_flat
     hill = '<elevationProfile><elevation s="0" a="0" b="0.1" c="0" d="0"/></elevationProfile>'
@@ -376,6 +395,7 @@ def test_nearest_lane_prefers_the_direction_of_the_car(streets):
         ("a.xodr", "<OpenDRIVE/>", "netconvert cannot read it"),
         ("a.xodr", _DIRECT, "junction 9 is a direct junction .* export with connecting roads"),
         ("a.xodr", _MAPS["line"].replace('junction="-1"', 'rule="LHT"'), "road 7 has left-hand"),
+        ("a.xodr", _TWICE, "2 roads have the id 7; give each its own"),
         ("a.net.xml", "<net", "no complete network"),
         ("a.net.xml", '<net version="1.20"/>', "no lane for cars"),
         ("a.csv", "", "neither .xodr"),

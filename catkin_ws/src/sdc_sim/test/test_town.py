@@ -64,11 +64,14 @@ def test_views_show_lines_and_asphalt_of_the_whole_town(town):
     assert alone.surface.max(axis=(0, 1))[0] < 500.0
 
 
-def test_clients_of_the_bridge_get_the_opendrive_of_the_map():
+def test_clients_of_the_bridge_get_the_opendrive_of_the_map(tmp_path):
     path = map_file("town")
     text = opendrive_file(path)
     assert text.startswith("<?xml") and "<OpenDRIVE>" in text
     assert text == opendrive_file(path.replace(".net.xml", ".xodr"))
+    other = tmp_path / "TOWN.XODR"
+    other.write_text('<?xml version="1.0" encoding="UTF-16"?><OpenDRIVE/>', "utf-16")
+    assert opendrive_file(str(other)) == "<OpenDRIVE />"
     assert opendrive_file("/none/area.net.xml") == opendrive_file("route.csv") == ""
 
 

@@ -92,13 +92,17 @@ def network_path(path: str) -> str:
         MapError: netconvert cannot make it
     """
     path = map_file(path)
-    return os.path.join(_converted(path), "map.net.xml") if path.endswith(".xodr") else path
+    return os.path.join(_converted(path), "map.net.xml") if _is_opendrive(path) else path
+
+
+def _is_opendrive(path: str) -> bool:
+    return path.lower().endswith(".xodr")
 
 
 @lru_cache(maxsize=2)
 def _loaded(path: str, _: int) -> Network:
-    name, is_opendrive = os.path.basename(path).partition(".")[0], path.endswith(".xodr")
-    if not (is_opendrive or path.endswith((".net.xml", ".net.xml.gz"))):
+    name, is_opendrive = os.path.basename(path).partition(".")[0], _is_opendrive(path)
+    if not (is_opendrive or path.lower().endswith((".net.xml", ".net.xml.gz"))):
         raise MapError(
             f"{path}: is neither .xodr of OpenDRIVE nor .net.xml of SUMO; see docs/maps.md"
         )
@@ -116,7 +120,7 @@ def _loaded(path: str, _: int) -> Network:
         net = readNet(file, withInternal=True, withPrograms=True, withPedestrianConnections=True)
         polygons = os.path.join(os.path.dirname(file), "map.poly.xml")
         crosswalks = list(_polygons(polygons)) if own else []
-        places = re.sub(r"\.net\.xml(\.gz)?$", ".add.xml", path)
+        places = re.sub(r"(?i)\.net\.xml(\.gz)?$", ".add.xml", path)
         network = _network(name, net, own, crosswalks, "" if own else places)
     except (SAXException, ValueError, LookupError, AttributeError) as error:
         raise MapError(f"{path}: is no complete network of SUMO ({error!r})") from None

@@ -46,6 +46,7 @@ def read_opendrive(path: str) -> tuple[ElementTree.Element, list[str]]:
             header.remove(element)
     _refuse(root)
     left_out: dict[str, list[str]] = {}
+    _remove_open_links(root, left_out)
     for road in root.iter("road"):
         for section, start_m, _ in sections(road):
             _write_widths(section)
@@ -68,10 +69,38 @@ def _refuse(root: ElementTree.Element) -> None:
         if junction.get("type") == "direct":
             name = f"junction {junction.get('id')} is a direct junction of OpenDRIVE 1.7"
             raise ValueError(f"{name}, which is not read; export with connecting roads (1.6)")
+    names = [road.attrib["id"] for road in root.iter("road")]
+    for name in names if len(set(names)) < len(names) else ():
+        if names.count(name) > 1:
+            raise ValueError(f"{names.count(name)} roads have the id {name}; give each its own")
     for road in root.iter("road"):
         if road.get("rule") == "LHT":
             name = f"road {road.get('id')} has left-hand traffic"
             raise ValueError(f'{name} (rule="LHT"), which is not driven; use a map with "RHT"')
+
+
+def _remove_open_links(root: ElementTree.Element, left_out: dict[str, list[str]]) -> None:
+    """Remove links to roads and junctions that the file does not have."""
+    known = {(kind, one.get("id")) for kind in ("road", "junction") for one in root.iter(kind)}
+    links = [
+        (f"{place.tag} {place.get('id')}", parent, link)
+        for path, place in (
+            *(("link", road) for road in root.iter("road")),
+            *((".", junction) for junction in root.iter("junction")),
+        )
+        for parent in place.findall(path)
+        for link in parent
+    ]
+    for name, parent, link in links:
+        if link.tag == "connection":
+            targets = [("road", link.get(end)) for end in ("incomingRoad", "connectingRoad")]
+        else:
+            targets = [(link.get("elementType"), link.get("elementId"))]
+        lost = [target for target in targets if target not in known]
+        if lost and link.tag in ("connection", "predecessor", "successor"):
+            place = f"{name} to {lost[0][0]} {lost[0][1]}"
+            left_out.setdefault("links to what the file does not have", []).append(place)
+            parent.remove(link)
 
 
 def _remove_incomplete(road: ElementTree.Element, left_out: dict[str, list[str]]) -> None:

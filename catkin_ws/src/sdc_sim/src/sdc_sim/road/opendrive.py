@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import xml.etree.ElementTree as ElementTree
 from xml.sax.saxutils import escape
 
 import numpy as np
@@ -46,7 +47,11 @@ def opendrive(name: str, route_m: np.ndarray) -> str:
 def opendrive_file(path: str) -> str:
     """Return the content of an OpenDRIVE file, or of that beside SUMO's network; "" if none."""
     path = path.replace(".net.xml", ".xodr")
-    if not path.endswith(".xodr") or not os.path.exists(path):
+    if not path.lower().endswith(".xodr") or not os.path.exists(path):
         return ""
-    with open(path, encoding="utf-8") as file:
-        return file.read()
+    with open(path, "rb") as file:
+        content = file.read()
+    try:
+        return content.decode()
+    except UnicodeDecodeError:  # Its first line names another encoding.
+        return ElementTree.tostring(ElementTree.fromstring(content), "unicode")
