@@ -92,6 +92,7 @@ def _remove_open_links(root: ElementTree.Element, left_out: dict[str, list[str]]
         for link in parent
     ]
     for name, parent, link in links:
+        targets: list[tuple[str | None, str | None]]
         if link.tag == "connection":
             targets = [("road", link.get(end)) for end in ("incomingRoad", "connectingRoad")]
         else:
@@ -137,9 +138,8 @@ def _write_widths(section: ElementTree.Element) -> None:
     """Write the widths of lanes whose outer border the file has instead."""
     for side in ("left", "right") if section.find(".//border") is not None else ():
         inner = np.zeros((1, 5))
-        for lane in sorted(
-            section.findall(side + "/lane"), key=lambda one: abs(int(one.get("id")))
-        ):
+        lanes = section.findall(side + "/lane")
+        for lane in sorted(lanes, key=lambda lane: abs(int(lane.attrib["id"]))):
             widths = cubics(lane.findall("width"), "sOffset")
             borders = cubics(lane.findall("border"), "sOffset")
             if len(widths) or not len(borders):
