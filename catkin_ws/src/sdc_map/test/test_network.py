@@ -15,7 +15,7 @@ from sdc_map import network_file
 from sdc_map.joints import joint
 from sdc_map.lane_graph import LaneGraph, drawn_places
 from sdc_map.mission import plan_mission
-from sdc_map.network import BROKEN, DOUBLE, SOLID, STOP, WALKING, YIELD
+from sdc_map.network import BROKEN, DOUBLE, SOLID, STOP, WALKING, YIELD, edge_of
 from sdc_map.network_file import MapError, load_network
 from sdc_testing.street_maps import dense, lane, needs_maps, opendrive, town, write
 
@@ -259,6 +259,37 @@ def test_borders_of_lanes_are_read_as_widths(tmp_path, sign):
     # The second lane is 2 m wider at its end.
     ends = [np.hypot(*(a.points_m[-1] - line[-1])) for a, line in zip(network.driving, lines)]
     assert sorted(ends) == pytest.approx([0.0, 1.0], abs=0.01)
+
+
+def test_cars_change_lanes_only_where_the_line_is_broken(tmp_path):
+    marks = "".join(
+        f'<roadMark sOffset="{s}" type="{kind}"/>'
+        for s, kind in ((0, "solid"), (30, "broken"), (60, "solid"))
+    )
+    inner = lane(-1).replace('<roadMark sOffset="0" type="solid"/>', marks)
+    network = load_network(write(tmp_path, opendrive("<line/>", 80, inner + lane(-2), lane(1))))
+    along, right = (
+        np.array([math.cos(0.3), math.sin(0.3)]),
+        np.array([math.sin(0.3), -math.cos(0.3)]),
+    )
+    for s_m, is_allowed, kind in ((10.0, False, SOLID), (45.0, True, BROKEN), (70.0, False, SOLID)):
+        place = np.array([10.0, -4.0]) + s_m * along + 1.75 * right
+        found = network.lanes[network.nearest(*place).lane]
+        outer = network.lanes[network.nearest(*(place + 3.5 * right)).lane]
+        assert (found.right_marking, outer.left_marking) == (kind, kind)
+        assert (found.right, outer.left) == ((outer.id, found.id) if is_allowed else ("", ""))
+
+
+def test_lanes_with_a_very_low_limit_are_not_for_cars(tmp_path):
+    path = town(tmp_path)
+    with open(path, encoding="utf-8") as file:
+        text = file.read()
+    assert len(load_network(path).driving) > 20
+    slow = load_network(write(tmp_path, text.replace('speed="8.00"', 'speed="1.39"'), "a.net.xml"))
+    streets = {edge_of(one.id).strip("-") for one in slow.driving if not one.junction}
+    assert streets == {"a", "b", "c"}
+    cars = {one.id for one in slow.driving}
+    assert all(cars.issuperset(one.successors) for one in slow.driving if one.junction)
 
 
 def test_signal_without_type_is_left_out(tmp_path):

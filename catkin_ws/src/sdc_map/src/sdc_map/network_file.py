@@ -34,6 +34,7 @@ from sdc_map.network import (
     BROKEN,
     DOUBLE,
     DRIVING,
+    KERB,
     NONE,
     OTHER,
     SOLID,
@@ -64,6 +65,9 @@ TIMEOUT_S = 60.0
 MEMORY_KB = 2_000_000
 _FIX = "check the file, for example with asam-qc-opendrive, or read a part of it"
 _ELEVATION_M = 0.05
+# Lanes with a lower limit, such as those of car parks in SUMO, are not for cars.
+_SLOWEST_MPS = 2.0
+_UNCROSSED = (SOLID, DOUBLE, KERB)
 # By the letter of SUMO's connections: those that must stop or give way.
 _LINES = {"s": STOP, "w": STOP, "m": YIELD}
 
@@ -271,17 +275,7 @@ def _take_lines_of_file(
     for name, lane in outside.items():
         road, number = _origin(lane)
         if road:
-            edge = lane.getEdge()
-            ends = [
-                own.place_m(road, *node.getCoord()[:2])
-                if node.getID().rpartition("#")[0] == road
-                else own.length_m(road) * is_end
-                for node, is_end in (
-                    (edge.getFromNode(), int(number) > 0),
-                    (edge.getToNode(), int(number) < 0),
-                )
-            ]
-            line = own.line(road, number, *sorted(ends))
+            line = own.line(road, number, *_ends_m(lane, own, road, number))
             lines[name] = lines[name] if line is None else _points(line)
     for name, lane in outside.items():
         for connection in lane.getOutgoing():
@@ -297,6 +291,17 @@ def _take_lines_of_file(
             cuts = shares / max(shares[-1], 1e-9) * s[-1]
             for one, first, last in zip(through, cuts, cuts[1:]):
                 lines[one] = _points(part_of(line, s, first, last))
+
+
+def _ends_m(lane: Any, own: OpenDriveLanes, road: str, number: str) -> list[float]:
+    """Return where a lane outside junctions begins and ends along its road in OpenDRIVE [m]."""
+    nodes = lane.getEdge().getFromNode(), lane.getEdge().getToNode()
+    ends_m = (own.length_m(road), 0.0) if int(number) > 0 else (0.0, own.length_m(road))
+    return sorted(
+        # netconvert splits a road at nodes of its name.
+        own.place_m(road, *node.getCoord()[:2]) if node.getID().rpartition("#")[0] == road else end
+        for node, end in zip(nodes, ends_m)
+    )
 
 
 def _origin(lane: Any) -> tuple[str, str]:
@@ -333,7 +338,8 @@ def _lane(
     if own is not None and roads:
         limits = [one for road, _, name in roads for one in own.limits_mps.get((road, name), ())]
         if not internal:
-            markings = own.beside(roads[0][0], roads[0][2])
+            road, _, number = roads[0]
+            markings = own.beside(road, number, *_ends_m(lane, own, road, number))
             # netconvert writes four decimals.
             limit_mps = min(limits, key=lambda one: abs(one - limit_mps), default=limit_mps)
         else:
@@ -356,16 +362,20 @@ def _lane(
         *markings,
         tuple(comes),
         tuple(leads),
-        "" if internal else left,
-        "" if internal else right,
+        "" if internal or markings[0] in _UNCROSSED else left,
+        "" if internal or markings[1] in _UNCROSSED else right,
         kinds[index],
         own_junction,
     )
 
 
 def _kind(lane: Any) -> str:
+    """Return who drives on a lane. Cars do not where the limit, also behind a junction, is low."""
+    internal = lane.getEdge().getFunction() == "internal"
+    ends = [way.getToLane() for way in lane.getOutgoing()] if internal else [lane]
+    is_slow = any(end.getSpeed() < _SLOWEST_MPS for end in ends if end.getID()[0] != ":")
     for word, kind in (("passenger", DRIVING), ("bicycle", BICYCLE), ("pedestrian", WALKING)):
-        if lane.allows(word):
+        if lane.allows(word) and not (is_slow and kind == DRIVING):
             return kind
     return OTHER
 

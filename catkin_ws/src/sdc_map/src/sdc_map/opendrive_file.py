@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
-from typing import Iterable, Iterator
+from typing import Any, Iterable, Iterator
 
 import numpy as np
 
@@ -19,6 +19,7 @@ _TYPES = {
     **dict.fromkeys(_NOT_DRIVEN, "shoulder"),
     **dict.fromkeys(("slipLane", "connectingRamp", "shared"), "driving"),
 }
+_FOR_CARS = ("driving", "entry", "exit", "onRamp", "offRamp", "mwyEntry", "mwyExit")
 # Attributes without which netconvert refuses the whole map.
 _NEEDED = {"signal": ("id", "type", "s", "orientation", "dynamic"), "object": ("s", "t")}
 # Curvatures that differ by less are the same [1/m]: within 100 m, they are 0.2 mm apart.
@@ -176,42 +177,63 @@ def _sum(one: np.ndarray, other: np.ndarray, factor: float) -> np.ndarray:
 
 
 def _write_limits(road: ElementTree.Element) -> None:
-    """Write the speed limits of a road to its lanes, each where it begins."""
+    """Write the speed limits of a road to its lanes, each where it begins.
+
+    netconvert splits a road at each limit. A lane whose line cars may cross on a part of it alone
+    gets a limit at both ends of this part, too.
+    """
     of_road = [(float(one.get("s", 0.0)), _limit_mps(road, one)) for one in road.findall("type")]
     for section, start_m, end_m in sections(road):
-        lanes = [lane for lane in section.iter("lane") if lane.attrib["id"] != "0"]
+        lanes = {lane.attrib["id"]: lane for lane in section.iter("lane")}
+        lanes.pop("0", None)
         of_lanes = [
-            [
-                (start_m + float(speed.get("sOffset", 0.0)), _limit_mps(road, [speed]))
-                for speed in lane.findall("speed")
-            ]
-            for lane in lanes
+            [(start_m + s, _limit_mps(road, [one])) for s, one in _along(lane, "speed")]
+            for lane in lanes.values()
         ]
-        places = {s for limits in (of_road, *of_lanes) for s, _ in limits}
+        of_lines = [
+            [(start_m + s, _is_crossed(one)) for s, one in _along(lane, "roadMark")]
+            for name, lane in lanes.items()
+            if _is_beside_another(int(name), lanes)
+        ]
+        places = {s for rows in (of_road, *of_lanes, *of_lines) for s, _ in rows}
         inside = (s for s in places if start_m + _SAME_PLACE_M < s < end_m - _SAME_PLACE_M)
         places_m = [start_m, *sorted(inside)]
-        limits = [
-            [_last(of_lane, s) or _last(of_road, s) for s in places_m] for of_lane in of_lanes
-        ]
-        # netconvert splits a road at each limit, also if it is that of the stretch before.
+        limits = [[_last(rows, s) or _last(of_road, s) for s in places_m] for rows in of_lanes]
+        lines = [[_last(rows, s) for s in places_m] for rows in of_lines]
         changes = [
             number
             for number in range(len(places_m))
-            if not number or any(row[number] != row[number - 1] for row in limits)
+            if not number or any(row[number] != row[number - 1] for row in (*limits, *lines))
         ]
-        for lane, row in zip(lanes, limits):
+        for lane, row in zip(lanes.values(), limits):
             for speed in lane.findall("speed"):
                 lane.remove(speed)
-            for number in changes if any(row) else ():
+            for number in changes if any(row) or changes[1:] else ():
                 offset, limit = places_m[number] - start_m, row[number] or _DEFAULT_MPS
                 ElementTree.SubElement(
                     lane, "speed", sOffset=repr(offset), max=repr(limit), unit="m/s"
                 )
 
 
-def _last(limits: list[tuple[float, float | None]], s_m: float) -> float | None:
-    """Return the limit at a place along the road, None without one [m/s]."""
-    return next((limit for s, limit in reversed(limits) if s <= s_m + _SAME_PLACE_M), None)
+def _along(lane: ElementTree.Element, kind: str) -> list[tuple[float, ElementTree.Element]]:
+    """Return the elements of a kind of a lane, with their places in its section [m]."""
+    return [(float(one.get("sOffset", 0.0)), one) for one in lane.findall(kind)]
+
+
+def _is_crossed(mark: ElementTree.Element) -> bool:
+    """Return whether cars may cross a line."""
+    return mark.get("type", "none") == "none" or mark.attrib["type"].startswith("b")
+
+
+def _is_beside_another(number: int, lanes: dict[str, ElementTree.Element]) -> bool:
+    """Return whether cars drive on a lane and on the next one outside of it."""
+    both = (lanes.get(str(one)) for one in (number, number + (1 if number > 0 else -1)))
+    return all(lane is not None and lane.get("type") in _FOR_CARS for lane in both)
+
+
+def _last(rows: list[tuple[float, Any]], s_m: float) -> Any:
+    """Return what applies at a place along the road, None if nothing does."""
+    return next((value for s, value in reversed(rows) if s <= s_m + _SAME_PLACE_M), None)
 
 
 def _limit_mps(road: ElementTree.Element, parent: Iterable[ElementTree.Element]) -> float | None:

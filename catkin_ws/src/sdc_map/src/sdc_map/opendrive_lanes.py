@@ -44,7 +44,8 @@ class OpenDriveLanes:
         self.limits_mps: dict[tuple[str, str], list[float]] = defaultdict(list)
         # Of each lane section of a road, the lanes by their ids.
         self._sections: dict[str, list[dict[str, _Piece]]] = defaultdict(list)
-        marked: dict = defaultdict(lambda: defaultdict(float))  # length of each marking
+        # Start and end along the road [m] and type of what is painted at the outer edge of a lane.
+        self._marks: dict[tuple[str, str], list[tuple[float, float, str]]] = defaultdict(list)
         for road in root.iter("road"):
             name = road.attrib["id"]
             for section, start, end in sections(road):
@@ -54,9 +55,9 @@ class OpenDriveLanes:
                     marks = lane.findall("roadMark")
                     at = [*(float(mark.attrib["sOffset"]) for mark in marks), end - start]
                     for mark, first, last in zip(marks, at, at[1:]):
-                        marked[name, lane.attrib["id"]][mark.attrib["type"]] += last - first
+                        row = start + first, start + last, mark.attrib["type"]
+                        self._marks[name, lane.attrib["id"]].append(row)
                 self._sections[name].append(dict(_pieces(road, section, start, end)))
-        self._markings = {key: max(own, key=own.__getitem__) for key, own in marked.items()}
 
     def length_m(self, road: str) -> float:
         """Return the length of a road [m]."""
@@ -105,13 +106,20 @@ class OpenDriveLanes:
             lane = section[lane].after if forward else section[lane].before
         return np.vstack(lines) if lines else None
 
-    def beside(self, road: str, lane: str) -> tuple[str, str]:
-        """Return the lines on the left and on the right of a lane; each lane has its outer one."""
-        inner = int(lane) - (1 if int(lane) > 0 else -1)
-        return self._marking(road, str(inner)), self._marking(road, lane)
+    def beside(self, road: str, lane: str, start_m: float, end_m: float) -> tuple[str, str]:
+        """Return the lines on the left and on the right of a lane between places along its road.
 
-    def _marking(self, road: str, lane: str) -> str:
-        kind = self._markings.get((road, lane), NONE)
+        Each lane has its outer one.
+        """
+        inner = int(lane) - (1 if int(lane) > 0 else -1)
+        left, right = (self._marking(road, one, start_m, end_m) for one in (str(inner), lane))
+        return left, right
+
+    def _marking(self, road: str, lane: str, start_m: float, end_m: float) -> str:
+        lengths: dict[str, float] = defaultdict(float)
+        for first_m, last_m, kind in self._marks.get((road, lane), ()):
+            lengths[kind] += max(0.0, min(last_m, end_m) - max(first_m, start_m))
+        kind = max(lengths, key=lengths.__getitem__, default=NONE)
         if kind in (NONE, KERB):
             return kind
         return DOUBLE if " " in kind else BROKEN if kind.startswith("b") else SOLID
