@@ -150,7 +150,9 @@ def test_lane_over_sections_of_other_numbers_is_followed(tmp_path):
     text = text.format(
         f'<laneSection s="40"><center>{lane(0)}</center><right>{right}</right></laneSection>'
     )
-    path = write(tmp_path, text)
+    # The limit changes in both sections, which divides each of them.
+    types = "".join(f'<type s="{s}"><speed max="9"/></type><type s="{s + 5}"/>' for s in (10, 48))
+    path = write(tmp_path, text.replace("</type>", "</type>" + types, 1))
     lines = np.vstack([dense(line) for line in lane_centre_lines(path)])
     network = load_network(path)
     left = np.array([-math.sin(0.3), math.cos(0.3)])

@@ -341,7 +341,7 @@ def _lane(
             road, _, number = roads[0]
             markings = own.beside(road, number, *_ends_m(lane, own, road, number))
             # netconvert writes four decimals.
-            limit_mps = min(limits, key=lambda one: abs(one - limit_mps), default=limit_mps)
+            limit_mps = next((one for one in limits if abs(one - limit_mps) < 1e-3), limit_mps)
         else:
             # In a junction, netconvert knows the limits before and after it alone.
             limit_mps = min([limit_mps, *limits])

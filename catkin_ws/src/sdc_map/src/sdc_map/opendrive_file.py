@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import copy
+import math
 import xml.etree.ElementTree as ElementTree
 from typing import Any, Iterable, Iterator
 
 import numpy as np
 
 _UNITS_MPS = {"mph": 0.44704, "km/h": 1.0 / 3.6, "m/s": 1.0}
-# Limit where the file has none [m/s]; it is that of netconvert for lanes of the type driving.
-_DEFAULT_MPS = 13.89
 # Limit where the file has "no limit" [m/s]: the recommended speed of German motorways, 130 km/h.
 _NO_LIMIT_MPS = 130.0 / 3.6
 # Types of lanes on which cars do not drive, though some are lanes for cars in netconvert.
@@ -165,22 +165,26 @@ def _sum(one: np.ndarray, other: np.ndarray, factor: float) -> np.ndarray:
     """Return the pieces (N, 5) of a piecewise cubic plus `factor` times another one."""
     rows = []
     for start in np.unique(np.append(one[:, 0], other[:, 0])):
-        both = (pieces[pieces[:, 0] <= start][-1:] for pieces in (one, other))
-        sums = np.zeros(4)
-        for piece, weight in zip(both, (1.0, factor)):
-            for first, a, b, c, d in piece:
-                t = start - first
-                shifted = a + t * (b + t * (c + t * d)), b + t * (2.0 * c + 3.0 * t * d)
-                sums += weight * np.array([*shifted, c + 3.0 * t * d, d])
-        rows.append([start, *sums])
+        row = np.array([start, 0.0, 0.0, 0.0, 0.0])
+        for pieces, weight in ((one, 1.0), (other, factor)):
+            for piece in pieces[pieces[:, 0] <= start][-1:]:
+                row[1:] += weight * _moved(piece[1:], start - piece[0])
+        rows.append(row)
     return np.array(rows)
 
 
-def _write_limits(road: ElementTree.Element) -> None:
-    """Write the speed limits of a road to its lanes, each where it begins.
+def _moved(cubic: np.ndarray, t: float) -> np.ndarray:
+    """Return the coefficients (4,) of a cubic whose parameter begins at t."""
+    a, b, c, d = cubic
+    return np.array(
+        [a + t * (b + t * (c + t * d)), b + t * (2.0 * c + 3.0 * t * d), c + 3.0 * t * d, d]
+    )
 
-    netconvert splits a road at each limit. A lane whose line cars may cross on a part of it alone
-    gets a limit at both ends of this part, too.
+
+def _write_limits(road: ElementTree.Element) -> None:
+    """Write the speed limits of a road to its lanes, each on its part of a lane section.
+
+    A section is also split where cars may cross a line between two lanes from there on, or may not.
     """
     of_road = [(float(one.get("s", 0.0)), _limit_mps(road, one)) for one in road.findall("type")]
     for section, start_m, end_m in sections(road):
@@ -195,7 +199,8 @@ def _write_limits(road: ElementTree.Element) -> None:
             for name, lane in lanes.items()
             if _is_beside_another(int(name), lanes)
         ]
-        places = {s for rows in (of_road, *of_lanes, *of_lines) for s, _ in rows}
+        tables: list[list[tuple[float, Any]]] = [of_road, *of_lanes, *of_lines]
+        places = {s for rows in tables for s, _ in rows}
         inside = (s for s in places if start_m + _SAME_PLACE_M < s < end_m - _SAME_PLACE_M)
         places_m = [start_m, *sorted(inside)]
         limits = [[_last(rows, s) or _last(of_road, s) for s in places_m] for rows in of_lanes]
@@ -205,14 +210,58 @@ def _write_limits(road: ElementTree.Element) -> None:
             for number in range(len(places_m))
             if not number or any(row[number] != row[number - 1] for row in (*limits, *lines))
         ]
-        for lane, row in zip(lanes.values(), limits):
-            for speed in lane.findall("speed"):
-                lane.remove(speed)
-            for number in changes if any(row) or changes[1:] else ():
-                offset, limit = places_m[number] - start_m, row[number] or _DEFAULT_MPS
-                ElementTree.SubElement(
-                    lane, "speed", sOffset=repr(offset), max=repr(limit), unit="m/s"
-                )
+        for number, part in zip(changes, _split(road, section, [places_m[n] for n in changes])):
+            for lane, row in zip(
+                (one for one in part.iter("lane") if one.get("id") != "0"), limits
+            ):
+                for speed in lane.findall("speed"):
+                    lane.remove(speed)
+                if row[number] is not None:
+                    limit = repr(row[number])
+                    ElementTree.SubElement(lane, "speed", sOffset="0.0", max=limit, unit="m/s")
+
+
+def _split(
+    road: ElementTree.Element, section: ElementTree.Element, starts_m: list[float]
+) -> list[ElementTree.Element]:
+    """Replace a lane section by parts that begin at places along the road, and return them."""
+    parts: list[ElementTree.Element] = []
+    for first, last in zip(starts_m, [*starts_m[1:], math.inf]):
+        part = copy.deepcopy(section)
+        part.set("s", repr(first))
+        for lane in part.iter("lane"):
+            _cut(lane, first - starts_m[0], last - starts_m[0])
+            link = lane.find("link")
+            link = ElementTree.SubElement(lane, "link") if link is None else link
+            for way, is_inside in (
+                ("predecessor", bool(parts)),
+                ("successor", last < math.inf),
+            ):
+                for old in link.findall(way) if is_inside else ():
+                    link.remove(old)
+                if is_inside:
+                    ElementTree.SubElement(link, way, id=lane.attrib["id"])
+        parts.append(part)
+    (parent,) = road.findall("lanes")
+    number = list(parent).index(section)
+    parent[number : number + 1] = parts
+    return parts
+
+
+def _cut(lane: ElementTree.Element, first_m: float, last_m: float) -> None:
+    """Leave of a lane what is between two places in its section [m]."""
+    for kind in ("width", "roadMark"):
+        found = _along(lane, kind)
+        before = [one for s, one in found if s <= first_m][:-1]
+        for s, element in found:
+            if element in before or s >= last_m:
+                lane.remove(element)
+                continue
+            element.set("sOffset", repr(max(s - first_m, 0.0)))
+            if kind == "width":
+                (row,) = cubics([element], "sOffset")
+                moved = _moved(row[1:], max(first_m - s, 0.0)).tolist()
+                element.attrib.update(zip("abcd", map(repr, moved)))
 
 
 def _along(lane: ElementTree.Element, kind: str) -> list[tuple[float, ElementTree.Element]]:
