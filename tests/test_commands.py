@@ -220,9 +220,10 @@ def test_passed_options_are_those_of_the_other_program(command, program):
     shown = subprocess.run([*program, "--help"], capture_output=True, text=True, check=True).stdout
     for option in TABLE[command]["passed"].split():
         name, takes_value = option.rstrip("="), option.endswith("=")
-        found = re.search(rf"(?m)^ .*?(?<![\w-]){re.escape(name)}([ =][\w{{\[]| ?, --\w+=)?", shown)
+        pattern = rf"(?m)^ .*?(?<![\w-]){re.escape(name)}([ =][\w{{\[]| ?, --\w+=)?"
+        found = [bool(match[1]) for match in re.finditer(pattern, shown)]
         assert found, f"{name} is no option of {program[-1]}"
-        assert bool(found[1]) == takes_value, option
+        assert takes_value in found, option
 
 
 def test_words_reach_the_script_unchanged_and_with_absolute_paths(tmp_path):
