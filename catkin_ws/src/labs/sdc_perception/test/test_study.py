@@ -39,6 +39,7 @@ def test_nodes_of_the_lab_drive_a_straight_road_by_its_lane():
 
 
 @pytest.mark.nightly
+@pytest.mark.xfail(run=False, reason="an answer is lost in lockstep: the sim waits 60 s for each")
 @pytest.mark.parametrize("weather", ["day", "dusk"])
 @pytest.mark.parametrize(
     "scenario", ["crossing_pedestrian", "traffic_lights", "stopped_car", "slow_leader"]
