@@ -220,7 +220,7 @@ def test_passed_options_are_those_of_the_other_program(command, program):
     shown = subprocess.run([*program, "--help"], capture_output=True, text=True, check=True).stdout
     for option in TABLE[command]["passed"].split():
         name, takes_value = option.rstrip("="), option.endswith("=")
-        pattern = rf"(?m)^ .*?(?<![\w-]){re.escape(name)}([ =][\w{{\[]| ?, --\w+=)?"
+        pattern = rf"(?m)^ .*?(?<![\w-]){re.escape(name)}([ =][\w{{\[]| ?, --\w+[ =]\w)?"
         found = [bool(match[1]) for match in re.finditer(pattern, shown)]
         assert found, f"{name} is no option of {program[-1]}"
         assert takes_value in found, option

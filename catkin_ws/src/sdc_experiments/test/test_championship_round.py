@@ -57,7 +57,10 @@ def run():
         transitions = Transitions()
         cluster.scheduler.add_plugin(transitions)
 
+        used = []
+
         def run(folder, *options):
+            used.append(folder)
             words = [*ROUND, str(folder), "drives:=2", "baselines:=false", *options]
             patch.setattr("sys.argv", [*words, "--scheduler", cluster.scheduler_address])
             output, errors = io.StringIO(), io.StringIO()
@@ -66,7 +69,7 @@ def run():
             return status, output.getvalue(), errors.getvalue()
 
         yield run
-        assert transitions.count, "the cluster had the tasks"
+        assert transitions.count or not used, "the cluster had the tasks"
 
 
 def scores(folder):
