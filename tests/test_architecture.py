@@ -5,6 +5,7 @@ import re
 import sys
 import xml.etree.ElementTree as ElementTree
 from collections import Counter
+from functools import lru_cache
 from pathlib import Path
 
 import pytest
@@ -69,6 +70,7 @@ def python_files(package):
     )
 
 
+@lru_cache(maxsize=None)
 def tree(path):
     return ast.parse(path.read_text(encoding="utf-8"))
 

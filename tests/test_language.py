@@ -1,6 +1,8 @@
 """The texts of the project are written in plain technical English."""
 
+import os
 import re
+from functools import lru_cache
 from pathlib import Path
 
 import pytest
@@ -26,13 +28,18 @@ WORDS = {
 }
 
 
+@lru_cache(maxsize=1)
 def texts():
-    for path in sorted(ROOT.rglob("*")):
-        name = str(path.relative_to(ROOT))
-        is_text = name.endswith(ENDINGS) or name in SCRIPTS
-        left_out = GENERATED & set(path.parts) or path.name == "test_language.py"
-        if is_text and not left_out and path.is_file():
-            yield name, path.read_text(encoding="utf-8").splitlines()
+    """Return the lines of each text file of the project by its name."""
+    lines = {}
+    for folder, folders, files in os.walk(ROOT):
+        folders[:] = sorted(set(folders) - GENERATED)
+        for path in map(Path(folder).joinpath, sorted(files)):
+            name = str(path.relative_to(ROOT))
+            is_text = name.endswith(ENDINGS) or name in SCRIPTS
+            if is_text and path.is_file() and path.name != "test_language.py":
+                lines[name] = path.read_text(encoding="utf-8").splitlines()
+    return lines
 
 
 @pytest.mark.parametrize(("words", "instead"), WORDS.items())
@@ -40,7 +47,7 @@ def test_no_text_uses_a_word_that_must_be_decoded(words, instead):
     pattern = re.compile(rf"\b({words})\b", re.IGNORECASE)
     found = [
         f"{name}:{number}: '{match[0]}', write: {instead}"
-        for name, lines in texts()
+        for name, lines in texts().items()
         for number, line in enumerate(lines, start=1)
         for match in pattern.finditer(line)
     ]

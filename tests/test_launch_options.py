@@ -86,6 +86,7 @@ def other(value):
     return [*value, "other"] if isinstance(value, list) else value + "other"
 
 
+@pytest.mark.slow(3)
 @pytest.mark.parametrize(
     ("argument", "node", "path", "others"), OPTIONS, ids=[row[1][1:] for row in OPTIONS]
 )
@@ -96,6 +97,7 @@ def test_each_option_reaches_the_node(argument, node, path, others):
     assert leaves(node, options).items() <= parameters.items()
 
 
+@pytest.mark.slow(3)
 @pytest.mark.parametrize(
     ("arguments", "expected"), CONSEQUENCES, ids=[row[0] or "none" for row in CONSEQUENCES]
 )

@@ -55,6 +55,7 @@ def test_token_is_the_one_of_the_environment_or_new(monkeypatch):
     assert len(service.token()) == 48 and service.token() != service.token()
 
 
+@pytest.mark.slow(3)
 @pytest.mark.parametrize(
     ("arguments", "error"),
     [

@@ -54,6 +54,7 @@ def predict(folder, name, letter):
         file.write(f"{name}: {letter}\n")
 
 
+@pytest.mark.slow(2)
 @pytest.mark.parametrize("name", DRIVES)
 def test_result_is_what_the_experiment_explains(name, my_route, tmp_path, monkeypatch):
     options, right = DRIVES[name]

@@ -90,6 +90,7 @@ def test_missing_scheduler_is_named_in_one_line(tmp_path, capsys):
     assert error.count("\n") == 1
 
 
+@pytest.mark.slow(2)
 def test_scheduler_without_the_project_is_named_in_one_line(scheduler, tmp_path, capsys):
     arguments = [str(tmp_path / "ada"), "--output", str(tmp_path / "grades"), "--no-sandbox"]
     assert main([*arguments, "--scheduler", scheduler("")]) == 2

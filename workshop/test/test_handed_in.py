@@ -30,6 +30,7 @@ def packed(folder, path, prefix=""):
             file.write(one, f"{prefix}{one.relative_to(folder)}")
 
 
+@pytest.mark.slow(3)
 def test_every_form_of_handing_in_is_found(tmp_path, workspace):
     students = tmp_path / "class"
     copy = lambda source, name: shutil.copytree(source, students / name, symlinks=True)  # noqa: E731
@@ -49,6 +50,7 @@ def test_every_form_of_handing_in_is_found(tmp_path, workspace):
         assert os.access(tmp_path / name / "copy" / CAMERA, os.X_OK), name
 
 
+@pytest.mark.slow(3)
 @pytest.mark.parametrize(
     "path, content, message",
     [

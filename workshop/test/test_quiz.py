@@ -9,6 +9,7 @@ from sdc_workshop.check import main
 from sdc_workshop.workspace import link
 
 
+@pytest.mark.slow(3)
 @pytest.mark.parametrize("lesson", quiz.lessons())
 def test_lesson_has_five_questions_whose_answers_vary_with_the_seed(lesson):
     drawn = [quiz.questions(lesson, str(seed)) for seed in range(30)]

@@ -19,6 +19,7 @@ def test_seed_alone_decides_about_road_and_traffic(tmp_path, write):
     assert all(one != other for one, other in zip(texts[0], texts[2]))
 
 
+@pytest.mark.slow(4)
 @pytest.mark.parametrize(
     "ignored, infraction",
     [

@@ -148,6 +148,7 @@ def test_unusable_folders_are_refused(tmp_path):
         find(tmp_path)
 
 
+@pytest.mark.slow(2)
 def test_start_refuses_a_full_folder_in_one_line(tmp_path):
     (tmp_path / "mine").write_text("")
     done = subprocess.run(

@@ -30,7 +30,7 @@ def master(port):
     def start_node(name):
         node = SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False)
         node.register_function(lambda caller: [1, "", 4711], "getPid")
-        threading.Thread(target=node.serve_forever, daemon=True).start()
+        threading.Thread(target=node.serve_forever, args=(0.01,), daemon=True).start()
         nodes.append(node)
         uri = f"http://127.0.0.1:{node.server_address[1]}"
         ServerProxy(f"http://127.0.0.1:{port}").registerService(

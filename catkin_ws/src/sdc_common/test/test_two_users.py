@@ -80,6 +80,7 @@ def first_line(process):
     return process.stdout.readline().strip()
 
 
+@pytest.mark.slow(2)
 def test_port_of_a_drive_is_given_to_nobody_before_its_master_starts(start):
     port = first_line(start(USERS[0], FREE_PORT))
     chosen = first_line(start(USERS[0], DRIVE, uri=f"http://127.0.0.1:{port}"))
@@ -92,6 +93,7 @@ def test_port_of_a_drive_is_given_to_nobody_before_its_master_starts(start):
     assert f"ROS_MASTER_URI=http://127.0.0.1:{other}." not in second
 
 
+@pytest.mark.slow(2)
 def test_drive_does_not_join_a_roscore_that_appears_while_it_starts(start):
     port = first_line(start(USERS[1], FREE_PORT))
     drive = start(USERS[0], LAUNCH, uri=f"http://127.0.0.1:{port}")

@@ -36,6 +36,7 @@ def test_every_benchmark_is_listed_and_described():
         assert re.search(rf"^\| .*`{name}`.* \|", PAGE, re.MULTILINE), name
 
 
+@pytest.mark.slow(2)
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -143,6 +143,7 @@ def test_reversed_range_of_seeds_is_one_line(monkeypatch, capsys):
     assert errors == "scenarios: seeds:=5-4: must be a number, or FIRST-LAST\n"
 
 
+@pytest.mark.slow(2)
 def test_command_lists_the_types():
     listed = subprocess.run([ROOT / "scenarios", "--list"], capture_output=True, text=True)
     assert [line.split(":")[0] for line in listed.stdout.splitlines()[-len(types()) :]] == [
@@ -155,6 +156,7 @@ def test_unknown_lack_is_refused():
         drive(lacking="brakes")
 
 
+@pytest.mark.slow(3)
 @needs_maps
 def test_plan_of_a_type_has_the_car_on_its_route_towards_the_right():
     plan = picture_of("ParkingCutIn", map_file("town"), 1, "")

@@ -41,6 +41,7 @@ def traces(results):
     return {name: result.rows.tobytes() for name, result in results.items()}
 
 
+@pytest.mark.slow(2)
 def test_cars_follow_each_other_to_the_end_and_repeat_bit_for_bit():
     results = drive_cars(route=ROUTE, cars=3)
     assert [one.metrics["status"] for one in results.values()] == ["completed"] * 3

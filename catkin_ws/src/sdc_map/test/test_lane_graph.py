@@ -44,6 +44,7 @@ def networks(draw):
     return network_of(lengths, edges, [(i, i + 1) for i in firsts], speed_mps=4.0, faster=3)
 
 
+@pytest.mark.slow(2)
 @given(networks(), _NUMBER, _NUMBER, st.sets(_NUMBER, max_size=2))
 def test_cost_is_that_of_networkx(network, start, goal, closed):
     start, goal = start % len(network.lanes), goal % len(network.lanes)

@@ -69,6 +69,7 @@ def largest_distances_m(path):
     return max(outside), max(inside), own.query(np.vstack(lines))[0].max()
 
 
+@pytest.mark.slow(2)
 @pytest.mark.parametrize("name", _MAPS)
 def test_centre_lines_are_those_of_an_independent_reader(name, tmp_path):
     outside_m, _, _ = largest_distances_m(write(tmp_path, _MAPS[name]))
@@ -314,6 +315,7 @@ def test_spiral_of_one_curvature_is_an_arc(tmp_path, curvatures):
         assert one.points_m == pytest.approx(other.points_m, abs=1e-4)
 
 
+@pytest.mark.slow(4)
 @pytest.mark.parametrize(
     ("program", "words"),
     [

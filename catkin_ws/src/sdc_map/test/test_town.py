@@ -42,6 +42,7 @@ def test_town_has_all_kinds_of_junctions_and_streets(town):
     assert town.lanes["avenue_n_1"].left == "avenue_n_2"
 
 
+@pytest.mark.slow(2)
 def test_ways_that_no_one_yields_on_are_apart(town):
     for junction in town.junctions.values():
         points = [
@@ -70,6 +71,7 @@ def test_bays_are_beside_lanes_and_bus_stops_on_them(town):
         assert place.lane.endswith("high_b_1") and -1.75 < place.cross_track_m < 0.0
 
 
+@pytest.mark.slow(4)
 def test_opendrive_of_the_town_has_the_same_lanes_outside_junctions(town):
     path = map_file("town").replace(".net.xml", ".xodr")
     outside_m, inside_m, _ = largest_distances_m(path)

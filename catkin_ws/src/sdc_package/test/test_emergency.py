@@ -56,6 +56,7 @@ def decision(street, plans, speed_mps=SPEED_MPS):
     return streets.must_brake_hard(s_m, speed_mps, plans[-1]), streets.details.get("obstacle")
 
 
+@pytest.mark.slow(3)
 @pytest.mark.parametrize(
     ("place", "speed_mps", "expected"),
     [

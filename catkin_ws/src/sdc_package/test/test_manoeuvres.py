@@ -148,6 +148,7 @@ def test_car_overtakes_only_whom_it_passes_in_a_short_time(length_m, passes):
     assert (rows[-1, 1] > 40.0 + 25.0 * 5.0 + 10.0) == passes
 
 
+@pytest.mark.slow(2)
 def test_car_that_passes_one_waits_with_room_before_the_next_one():
     def cone(x_m, y_m, number, width_m=0.5):
         return Other(x_m, y_m, number=number, kind="obstacle", size=(0.5, width_m))
@@ -186,6 +187,7 @@ def test_one_beside_a_route_that_changes_lanes_drives_straight_on():
     assert seen.left_mps == pytest.approx([0.0] * 3, abs=0.35)  # the route: 1.05 m/s
 
 
+@pytest.mark.slow(3)
 @pytest.mark.parametrize(
     "behind_m",
     [

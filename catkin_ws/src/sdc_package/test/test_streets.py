@@ -90,6 +90,7 @@ def test_car_stops_once_at_a_stop_sign(crossing):
     assert at_line(streets, one, 0.0, before_m=2.0) is None
 
 
+@pytest.mark.slow(3)
 @pytest.mark.parametrize(
     ("away_m", "speed_mps", "changes", "gives_way"),
     [
@@ -222,6 +223,7 @@ def test_car_enters_no_junction_that_it_could_not_leave(crossing):
     assert at_line(streets, one, 0.0, [moving]) is None
 
 
+@pytest.mark.slow(4)
 def test_one_on_the_way_of_the_car_is_followed_and_not_given_way(town):
     network, seen = town[0], 0
     for route, found in drives(*town):

@@ -77,6 +77,7 @@ def test_page_has_the_table():
     ]
 
 
+@pytest.mark.slow(5)
 @pytest.mark.parametrize("name", types())
 def test_type_is_placed_in_the_town_the_same_each_time(town, name):
     drawn = set()
@@ -109,6 +110,7 @@ def test_type_is_placed_in_the_town_the_same_each_time(town, name):
         assert len(drawn) > 1
 
 
+@pytest.mark.slow(2)
 @pytest.mark.parametrize("name", ["InterurbanActorFlow", "InterurbanAdvancedActorFlow"])
 def test_flow_comes_into_the_world_long_before_the_junction(town, name):
     for seed in range(1, 30):

@@ -9,6 +9,7 @@ import pytest
 CHECK = Path(__file__).resolve().parents[2] / "check.py"
 
 
+@pytest.mark.slow(2)
 @pytest.mark.parametrize(
     ("first_line", "mode", "hint"),
     [

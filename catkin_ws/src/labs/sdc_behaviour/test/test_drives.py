@@ -23,6 +23,7 @@ def test_drive_is_safe_and_not_too_slow(name, seed):
     assert driven.pushed_mps2 < 4.0
 
 
+@pytest.mark.slow(2)
 def test_drive_is_repeatable():
     assert np.array_equal(drive_scene("lorry", 2).rows, drive_scene("lorry", 2).rows)
 

@@ -133,6 +133,7 @@ def test_car_on_a_circle_keeps_no_error(curvature):
     assert np.abs(errors[-100:]).max() < 0.01
 
 
+@pytest.mark.slow(2)
 @needs_osqp
 @pytest.mark.parametrize("delay", [0, 2, 4])
 @pytest.mark.parametrize("assumed_s", [0.0, 0.2])
