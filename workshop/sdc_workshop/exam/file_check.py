@@ -150,8 +150,11 @@ class FileCheck(RegionCheck):
             yield Problem(form, f"{command} is not called", row["absent"], row["todo"])
             return
         text = body(self._solution, row["todo"]).replace(_BIN, _BIN_VALUE)
-        right = re.findall(r"[^\s()]+", text)
-        right = _after(right, keyword, until) or right
+        region = re.findall(r"[^\s()]+", text)
+        right = _after(region, keyword, until) or region
+        # The file may call the command a second time, for what the region does not name.
+        names = set(region) - {keyword, *until, _BIN_VALUE}
+        mine = [words for words in mine if names & set(words)] or mine
         for words in mine:
             if "bare" in row and words and keyword not in words and set(words) & set(right):
                 seen = f"{command}({' '.join(words)})"
