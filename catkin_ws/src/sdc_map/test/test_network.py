@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from sdc_common.geometry.road_line import sharpest_turn
 from sdc_map import network_file
 from sdc_map.joints import joint
-from sdc_map.lane_graph import LaneGraph, drawn_places
+from sdc_map.lane_graph import LaneGraph, NoRouteError, drawn_places
 from sdc_map.mission import plan_mission
 from sdc_map.network import BROKEN, DOUBLE, SOLID, STOP, WALKING, YIELD, edge_of
 from sdc_map.network_file import MapError, load_network
@@ -41,7 +41,6 @@ _MAPS = {
 
 
 _TWICE = _MAPS["line"].replace("</OpenDRIVE>", _MAPS["line"].partition("</header>")[2])
-_DIRECT = '<OpenDRIVE><junction id="9" type="direct"/></OpenDRIVE>'
 
 
 @pytest.fixture(autouse=True)
@@ -170,6 +169,74 @@ def test_line_between_lanes_that_loops_is_replaced():
     curve = joint(before, after, [loop])
     assert (curve[0], curve[-1]) == (pytest.approx([20.0, 0.0]), pytest.approx([30.0, 1.0]))
     assert np.degrees(sharpest_turn(np.vstack([before, curve, after]))[0]) < 10.0
+
+
+def meeting_road(number, place, way, right, left=""):
+    """Return a straight road of 100 m from (x, y, heading), whose `way` is junction 9."""
+    text = opendrive("<line/>", 100, right, left).partition("<road")[2].partition("</Open")[0]
+    x, y, heading = place
+    link = f'<link><{way} elementType="junction" elementId="9"/></link>'
+    text = text.replace("<link/>", link, 1).replace('id="7"', f'id="{number}"')
+    return "<road" + text.replace('x="10" y="-4" hdg="0.3"', f'x="{x}" y="{y}" hdg="{heading}"')
+
+
+def direct(roads, *connections):
+    """Return a map of roads with a direct junction: (incoming, linked, contact, lane links)."""
+    rows = "".join(
+        f'<connection id="{number}" incomingRoad="{one}" linkedRoad="{other}" contactPoint="{end}">'
+        + "".join(f'<laneLink from="{a}" to="{b}"/>' for a, b in links)
+        + "</connection>"
+        for number, (one, other, end, links) in enumerate(connections)
+    )
+    junction = f'<junction id="9" name="" type="direct">{rows}</junction>'
+    return f'<OpenDRIVE><header revMajor="1" revMinor="7"/>{"".join(roads)}{junction}</OpenDRIVE>'
+
+
+_THREE = lane(-1, mark="broken") + lane(-2) + lane(-3)
+_LEFT = lane(1, mark="broken") + lane(2) + lane(3)
+_BEFORE = meeting_road(1, (0, 0, 0), "successor", _THREE, lane(1))
+_AFTER = meeting_road(2, (100, 0, 0), "predecessor", _TWO, lane(1))
+_RAMP = meeting_road(3, (100, -7, 0), "predecessor", lane(-1))
+_ALONG = [(-1, -1), (-2, -2), (1, 1)]
+_LINKS = (1, 2, "start", [*_ALONG, (-9, -9)]), (1, 3, "start", [(-3, -1)])
+_DIRECT = {
+    "exit": direct([_BEFORE, _AFTER, _RAMP], *_LINKS),
+    "exit, linked from the other side": direct(
+        [_BEFORE, _AFTER, meeting_road(3, (200, -7, math.pi), "successor", "", lane(1))],
+        (2, 1, "end", _ALONG),
+        (3, 1, "end", [(1, -3)]),
+    ),
+    # Its left lanes are not in the order of their numbers.
+    "exit of a road that begins there": direct(
+        [meeting_road(1, (100, 0, math.pi), "predecessor", lane(-1), _LEFT), _AFTER, _RAMP],
+        (1, 2, "start", [(1, -1), (2, -2), (-1, 1)]),
+        (1, 3, "start", [(3, -1)]),
+    ),
+    "entry": direct(
+        [
+            meeting_road(1, (100, 0, 0), "predecessor", _THREE, lane(1)),
+            meeting_road(2, (0, 0, 0), "successor", _TWO, lane(1)),
+            meeting_road(3, (0, -7, 0), "successor", lane(-1)),
+        ],
+        (2, 1, "start", _ALONG),
+        (3, 1, "start", [(-1, -3)]),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", _DIRECT)
+def test_lanes_lead_on_over_a_direct_junction(tmp_path, name):
+    network = load_network(write(tmp_path, _DIRECT[name]))
+    graph = LaneGraph(network)
+    for y, start, end in ((-1.75, 20, 180), (-5.25, 20, 180), (-8.75, 20, 180), (1.75, 180, 20)):
+        mission = plan_mission(graph, [(end, y)], start, y, 0.0 if start < end else math.pi)
+        assert mission.ends_m == pytest.approx((160.0,), abs=1e-3)
+        assert mission.points_m[:, 1] == pytest.approx(y, abs=1e-3)
+    if name != "entry":
+        with pytest.raises(NoRouteError):
+            plan_mission(graph, [(180, -8.75)], 20, -5.25, 0.0)
+    unlinked = "links of direct junctions between other lanes (1, the first: 1 -9 to 2 -9)"
+    assert network.left_out == ((unlinked,) if name == "exit" else ())
 
 
 def test_positions_ignore_projection_and_offset(tmp_path):
@@ -428,7 +495,6 @@ def test_nearest_lane_prefers_the_direction_of_the_car(streets):
         ("a.xodr", "<OpenDRIVE>", "not valid OpenDRIVE"),
         ("a.xodr", "<net/>", "no element OpenDRIVE"),
         ("a.xodr", "<OpenDRIVE/>", "netconvert cannot read it"),
-        ("a.xodr", _DIRECT, "junction 9 is a direct junction .* export with connecting roads"),
         ("a.xodr", _MAPS["line"].replace('junction="-1"', 'rule="LHT"'), "road 7 has left-hand"),
         ("a.xodr", _TWICE, "2 roads have the id 7; give each its own"),
         ("a.net.xml", "<net", "no complete network"),

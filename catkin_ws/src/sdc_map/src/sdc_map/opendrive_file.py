@@ -9,6 +9,9 @@ from typing import Any, Iterable, Iterator
 
 import numpy as np
 
+from sdc_map.direct_junctions import write_connecting_roads
+from sdc_map.road_geometry import cubics
+
 _UNITS_MPS = {"mph": 0.44704, "km/h": 1.0 / 3.6, "m/s": 1.0}
 # Limit where the file has "no limit" [m/s]: the recommended speed of German motorways, 130 km/h.
 _NO_LIMIT_MPS = 130.0 / 3.6
@@ -50,6 +53,9 @@ def read_opendrive(path: str) -> tuple[ElementTree.Element, list[str]]:
     _remove_open_links(root, left_out)
     for road in root.iter("road"):
         for section, start_m, _ in sections(road):
+            # netconvert takes lanes to be in this order.
+            for side in (*section.findall("left"), *section.findall("right")):
+                side[:] = sorted(side, key=lambda lane: -int(lane.get("id", 0)))
             _write_widths(section)
             place = f"road {road.attrib['id']} at {start_m:.0f} m"
             for lane in section.iter("lane"):
@@ -60,16 +66,13 @@ def read_opendrive(path: str) -> tuple[ElementTree.Element, list[str]]:
         _write_limits(road)
         _write_arcs(road)
         _remove_incomplete(road, left_out)
+    write_connecting_roads(root, left_out)
     texts = (f"{what} ({len(found)}, the first: {found[0]})" for what, found in left_out.items())
     return root, list(texts)
 
 
 def _refuse(root: ElementTree.Element) -> None:
     """Raise ValueError for what is valid OpenDRIVE and cannot be driven."""
-    for junction in root.iter("junction"):
-        if junction.get("type") == "direct":
-            name = f"junction {junction.get('id')} is a direct junction of OpenDRIVE 1.7"
-            raise ValueError(f"{name}, which is not read; export with connecting roads (1.6)")
     names = [road.attrib["id"] for road in root.iter("road")]
     for name in names if len(set(names)) < len(names) else ():
         if names.count(name) > 1:
@@ -95,7 +98,8 @@ def _remove_open_links(root: ElementTree.Element, left_out: dict[str, list[str]]
     for name, parent, link in links:
         targets: list[tuple[str | None, str | None]]
         if link.tag == "connection":
-            targets = [("road", link.get(end)) for end in ("incomingRoad", "connectingRoad")]
+            through = link.get("connectingRoad", link.get("linkedRoad"))
+            targets = [("road", link.get("incomingRoad")), ("road", through)]
         else:
             targets = [(link.get("elementType"), link.get("elementId"))]
         lost = [target for target in targets if target not in known]
@@ -153,12 +157,6 @@ def _write_widths(section: ElementTree.Element) -> None:
                 names = dict(zip(("sOffset", *"abcd"), map(repr, row.tolist())))
                 ElementTree.SubElement(lane, "width", names)
             inner = borders
-
-
-def cubics(pieces: list[ElementTree.Element], key: str) -> np.ndarray:
-    """Return start and coefficients (N, 5) of the pieces of a piecewise cubic."""
-    rows = [[float(one.attrib[name]) for name in (key, *"abcd")] for one in pieces]
-    return np.array(rows).reshape(-1, 5)
 
 
 def _sum(one: np.ndarray, other: np.ndarray, factor: float) -> np.ndarray:
