@@ -22,7 +22,14 @@ CONSEQUENCES = [
     ),
     ("basic_control:=true", {"/sim/wait_for_nodes": ["/referee"]}),
     ("workspace:=/ws record:=true", {"/sim/wait_for_nodes": ["/referee", "/record"]}),
-    ("map:=town goal:=[]", {"/local_planner/map": "town", "/referee/new_missions": True}),
+    (
+        "map:=town goal:=[]",
+        {
+            "/local_planner/map": "town",
+            "/local_planner/planned_speed_mps": 60.0,
+            "/referee/new_missions": True,
+        },
+    ),
     ("localization:=true", {"/sim/truth": False, "/sim/gnss/period_s": 0.05}),
     ("localization:=true landmarks:=true", {"/sim/planar_lidar/period_s": 0.1}),
     (
@@ -61,6 +68,12 @@ OPTIONS = [
     ("sim_options", "/sim", "sdc_sim/config/sim.yaml", ["truth:=true", "record:=true"]),
     ("planner_options", "/local_planner", "sdc_package/config/local_planner.yaml", []),
     (
+        "planner_options",
+        "/local_planner",
+        "sdc_package/config/street_planner.yaml",
+        ["map:=town", "goal:=[]"],
+    ),
+    (
         "perception_options",
         "/lane_detector",
         "labs/sdc_perception/config/lane_detector.yaml",
@@ -88,7 +101,7 @@ def other(value):
 
 @pytest.mark.slow(3)
 @pytest.mark.parametrize(
-    ("argument", "node", "path", "others"), OPTIONS, ids=[row[1][1:] for row in OPTIONS]
+    ("argument", "node", "path", "others"), OPTIONS, ids=[row[2] for row in OPTIONS]
 )
 def test_each_option_reaches_the_node(argument, node, path, others):
     options = other(yaml.safe_load((SOURCES / path).read_text()))

@@ -109,7 +109,7 @@ def test_every_key_of_the_configuration_reaches_the_node(package, node):
     if not path.exists():
         pytest.skip("the launch file sets all parameters")
     pattern = r'(?<=values\.)[a-z_0-9]+|(?<=")[a-z_0-9]+(?=")'
-    # On a map, street_planner.py takes the place of local_planner.py, with the same file.
+    # On a map, street_planner.py takes the place of local_planner.py, and reads its file, too.
     readers = [node, "street_planner"] if node == "local_planner" else [node]
     named = re.findall(pattern, "".join(code_of(package, reader) for reader in readers))
     used = {*named, *METHODS, *EvaluationRules._fields}

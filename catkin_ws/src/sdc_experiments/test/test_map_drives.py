@@ -127,9 +127,20 @@ def test_seed_without_a_map_is_that_of_the_noise(tmp_path):
     }
 
 
-def test_speed_limit_of_the_road_is_kept(path):
-    drive = drive_result(map=path, start=(-2.0, 110.0), goal=SOUTH)
-    assert drive.metrics["speed_max_mps"] == pytest.approx(8.0, abs=0.3)
+@pytest.mark.parametrize(
+    ("start", "goal", "options", "speed_mps"),
+    [
+        ((-2.0, 110.0), SOUTH, {}, 8.0),
+        (WEST, EAST, {}, 14.0),
+        (WEST, EAST, {"planned_speed_mps": 6.0}, 6.0),
+    ],
+)
+def test_limit_of_the_road_is_driven_and_the_planned_speed_caps_it(
+    path, start, goal, options, speed_mps
+):
+    drive = drive_result(map=path, start=start, goal=goal, planner_options=options, longest_s=20.0)
+    assert drive.metrics["speed_max_mps"] == pytest.approx(speed_mps, abs=0.3)
+    assert drive.ideal.speed_mps.max() == pytest.approx(speed_mps)
 
 
 def test_car_waits_at_the_lights_of_its_mission_and_at_no_others(path):

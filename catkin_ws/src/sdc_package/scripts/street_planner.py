@@ -21,7 +21,7 @@ from sdc_map.network_file import load_network
 
 class StreetPlannerNode:
     def __init__(self):
-        # It takes the place of the node local_planner, with the same parameters.
+        # It takes the place of the node local_planner, with its parameters and those of streets.
         rospy.init_node("local_planner")
         if parameter("hold_lane"):
             refuse("config/local_planner.yaml: hold_lane is for a route; leave it out on a map")
@@ -30,7 +30,7 @@ class StreetPlannerNode:
             margins = StreetMargins(**parameter("streets"))
             network = load_network(parameter("map"))
         except (TypeError, ValueError) as error:
-            refuse(f"config/local_planner.yaml: {error}")
+            refuse(f"config/local_planner.yaml, config/street_planner.yaml: {error}")
         self.inputs = PlannerInputs(self.answer, settings.traffic_lights)
         self.planner = StreetPlanner(network, settings, margins, self.inputs.traffic_lights)
         self.waypoints = np.empty((0, 2))

@@ -10,6 +10,12 @@ from sdc_package.planner_settings import PlannerSettings
 SETTINGS = PlannerSettings.read(node_config("sdc_package", "local_planner").__getitem__)
 
 
+def street_parameters():
+    """Return the parameters of local_planner on a map."""
+    configs = (node_config("sdc_package", name) for name in ("local_planner", "street_planner"))
+    return {name: value for config in configs for name, value in config.items()}
+
+
 def straight(length, step=1.0):
     return np.column_stack(
         [np.arange(0.0, length + step / 2, step), np.zeros(int(round(length / step)) + 1)]

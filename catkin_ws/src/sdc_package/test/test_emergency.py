@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from planned_roads import street_parameters
 
-from sdc_common.configuration import node_config
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.road_line import road_route
 from sdc_map.lane_graph import LaneGraph, drawn_places
@@ -14,7 +14,7 @@ from sdc_package.behaviour.streets import StreetBehaviour, StreetMargins
 from sdc_testing.street_maps import needs_maps
 
 pytestmark = needs_maps
-PARAMETERS = node_config("sdc_package", "local_planner")
+PARAMETERS = street_parameters()
 MARGINS = StreetMargins(**PARAMETERS["streets"])
 BRAKING_MPS2 = PARAMETERS["braking_mps2"]
 SPEED_MPS, TICK_S, WIDTH_M = 8.0, 0.05, 3.5
@@ -53,7 +53,7 @@ def decision(street, plans, speed_mps=SPEED_MPS):
     streets.follow(route, np.full(len(route.s), 10.0), BRAKING_MPS2)
     for seen in plans:
         streets.stop(s_m, speed_mps, seen, 60.0)
-    return streets.must_brake_hard(s_m, speed_mps, plans[-1]), streets.details.get("obstacle")
+    return streets.must_brake_hard(s_m, speed_mps, plans[-1], 60.0), streets.details.get("obstacle")
 
 
 @pytest.mark.slow(3)

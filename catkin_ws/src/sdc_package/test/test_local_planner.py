@@ -54,6 +54,21 @@ def test_path_starts_ahead_of_the_car_and_ends_at_the_lookahead_distance():
     assert (np.diff(plan[:, 0]) > 0.0).all()
 
 
+def test_path_and_horizon_grow_with_the_planned_speed():
+    """A car at 36 m/s sees so far that it can stop with its usual braking behind what it sees."""
+    road_mps = np.repeat([8.0, 36.0], [301, 1000])
+    limits = dataclasses.replace(SETTINGS.limits, cruise_mps=60.0)
+    local = LocalPlanner(straight(1300.0), dataclasses.replace(SETTINGS, limits=limits), road_mps)
+    found = []
+    for x in (100.0, 900.0):
+        plan = path_ahead(local, x, 0.0, 0.0)
+        found.append((plan[-1, 0] - x, local.horizon_m))
+    (slow_m, slow_horizon_m), (fast_m, fast_horizon_m) = found
+    assert (slow_m, fast_m) == (25.0, pytest.approx(90.0, abs=1.0))
+    assert slow_horizon_m < 50.0
+    assert fast_horizon_m > 90.0 + 36.0**2 / (2.0 * limits.braking_mps2)
+
+
 def test_path_at_the_end_of_the_route_has_two_points_and_ends_with_a_stop():
     local = planner(straight(50.0))
     for x in (0.0, 8.0, 16.0, 24.0, 32.0, 40.0, 48.0, 49.5, 50.0, 52.0):

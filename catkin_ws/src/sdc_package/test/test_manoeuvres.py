@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from planned_roads import street_parameters
 
-from sdc_common.configuration import node_config
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.road_line import road_route
 from sdc_map.crossings import places_along
@@ -15,7 +15,7 @@ from sdc_package.behaviour.manoeuvres import Manoeuvres
 from sdc_package.behaviour.road import Around, around, road_along
 
 WIDTH_M, LENGTH_M, TICK_S, MOST_MPS = 3.5, 700.0, 0.05, 12.0
-PARAMETERS = node_config("sdc_package", "local_planner")
+PARAMETERS = street_parameters()
 CAR = Body(
     front_m=PARAMETERS["caution"]["car_front_m"],
     width_m=PARAMETERS["caution"]["car_width_m"],

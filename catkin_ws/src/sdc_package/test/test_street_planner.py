@@ -1,10 +1,8 @@
 """The planner on a map: one observation comes in, one path goes out."""
 
-import os
-
 import numpy as np
 import pytest
-import yaml
+from planned_roads import street_parameters
 
 from sdc_common.driving import DetectedObstacle, Observation
 from sdc_common.geometry.route import Route
@@ -20,9 +18,6 @@ from sdc_package.traffic_lights import TrafficLightMonitor
 from sdc_testing.street_maps import needs_maps
 
 pytestmark = needs_maps
-CONFIG = os.path.join(
-    os.path.dirname(os.path.abspath(__file__)), "..", "config", "local_planner.yaml"
-)
 TICK_NS = 50_000_000
 
 
@@ -35,8 +30,7 @@ def _mission():
 
 
 def new_planner(mission, manoeuvres=Manoeuvres):
-    with open(CONFIG, encoding="utf-8") as file:
-        parameters = yaml.safe_load(file)
+    parameters = street_parameters()
     settings = PlannerSettings.read(parameters.__getitem__)
     lights = TrafficLightMonitor(settings.traffic_lights)
     margins = StreetMargins(**parameters["streets"])

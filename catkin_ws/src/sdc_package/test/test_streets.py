@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
+from planned_roads import street_parameters
 
-from sdc_common.configuration import node_config
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.road_line import road_route
 from sdc_map.crossings import crossings, places_along
@@ -18,7 +18,7 @@ from sdc_package.behaviour.streets import StreetBehaviour, StreetMargins
 from sdc_testing.street_maps import needs_maps
 
 pytestmark = needs_maps
-PARAMETERS = node_config("sdc_package", "local_planner")
+PARAMETERS = street_parameters()
 MARGINS = StreetMargins(**PARAMETERS["streets"])
 FRONT_M, BRAKING_MPS2 = MARGINS.car_front_m, PARAMETERS["braking_mps2"]
 HORIZON_M = 60.0
@@ -189,7 +189,19 @@ def test_one_that_comes_from_the_next_lane_matters(town, turned_rad, speed_mps, 
     streets.follow(route, np.full(len(route.s), 9.0), BRAKING_MPS2)
     yaw = left.heading_at(25.0) + turned_rad
     beside = DetectedObstacle(*left.line.point_at(25.0), yaw, 4.5, 1.8, speed_mps)
-    assert bool(streets.relevant(10.0, 8.0, [beside])) == matters
+    assert bool(streets.relevant(10.0, 8.0, [beside], HORIZON_M)) == matters
+
+
+@pytest.mark.parametrize(("horizon_m", "matters"), [(60.0, False), (200.0, True)])
+def test_slow_one_far_ahead_matters_within_the_horizon(town, horizon_m, matters):
+    network, graph = town
+    lane = max(network.driving, key=lambda lane: lane.length_m)
+    goal = lane.line.point_at(lane.length_m - 2.0)
+    route = road_route(plan_mission(graph, [goal], *lane.line.point_at(2.0)).points_m)
+    streets = StreetBehaviour(network, MARGINS)
+    streets.follow(route, np.full(len(route.s), 30.0), BRAKING_MPS2)
+    slow = DetectedObstacle(*lane.line.point_at(152.0), lane.heading_at(152.0), 4.5, 1.8, 3.0)
+    assert bool(streets.relevant(0.0, 30.0, [slow], horizon_m)) == matters
 
 
 @pytest.mark.parametrize("crossing", ["way"], indirect=True)
@@ -202,7 +214,7 @@ def test_a_slow_car_stops_for_one_that_crosses_where_it_is_already(crossing, spe
     x, y = lane.line.point_at(other.its_m[0] - 4.0)
     crosses = DetectedObstacle(x, y, lane.heading_at(other.its_m[0] - 4.0), 4.5, 1.8, 6.0)
     inside_m = other.own_m[0] + 0.5 - FRONT_M
-    assert bool(streets.relevant(inside_m, speed_mps, [crosses])) == matters
+    assert bool(streets.relevant(inside_m, speed_mps, [crosses], HORIZON_M)) == matters
 
 
 def test_car_that_waits_long_enough_starts_before_one_that_does_not_move(crossing):

@@ -35,6 +35,13 @@ def test_time_along_a_straight_is_distance_by_speed(straight):
     assert straight.time_at(100.0) == pytest.approx(DURATION_S)
 
 
+def test_time_on_roads_with_limits_is_that_at_the_limits(straight):
+    road_mps = np.repeat([5.0, 20.0], [51, 50])
+    drive = IdealDrive(straight._route, LIMITS, road_mps)
+    assert drive.time_at(50.0) == pytest.approx(10.0)
+    assert drive.time_at(99.0) - drive.time_at(60.0) == pytest.approx(3.9)
+
+
 def test_times_up_to_a_place_include_a_standing_start():
     x = np.arange(101.0)
     limits = SpeedLimits(**{**vars(LIMITS), "start_mps": 1.0})

@@ -70,13 +70,17 @@ def test_number_of_road_users_is_kept_and_those_that_arrive_are_replaced(path, n
     assert len({one.kind for tick in ticks for one in tick}) >= 4
 
 
-def test_none_begins_where_it_could_not_brake_gently_before_our_car():
+@pytest.mark.parametrize("speed_mps", [0.0, 36.0])
+def test_none_begins_where_it_or_our_car_could_not_brake_gently_before_the_other(speed_mps):
     network, way = load_network("town"), ("land_e_0", "land_n_0")
     ego, seen = car_on(network, way[0], network.lanes[way[0]].length_m - 5.0), set()
-    for tick in standing(start(map_file("town"), network, 40, mission=way), ego, 1200):
+    traffic = start(map_file("town"), network, 40, mission=way)
+    seen = {one.id for one in traffic.reset(ego)}
+    for _ in range(1200):
+        tick = traffic.advance(ego, speed_mps, speed_mps == 0.0, FREE)
         for one in tick:
             distance_m = math.hypot(one.x_m - ego.x_m, one.y_m - ego.y_m)
-            assert one.id in seen or distance_m > 40.0 + one.speed_mps**2 / 6.0
+            assert one.id in seen or distance_m > 40.0 + max(one.speed_mps, speed_mps) ** 2 / 6.0
         seen = {one.id for one in tick}
 
 

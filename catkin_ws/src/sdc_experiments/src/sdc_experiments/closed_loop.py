@@ -16,7 +16,7 @@ from sdc_common.configuration import node_config
 from sdc_common.driving import Observation, Path
 from sdc_common.geometry.segments import use_machine_code
 from sdc_common.planning.stop_line import StopLine
-from sdc_experiments.configuration import node_parameters
+from sdc_experiments.configuration import node_parameters, planner_parameters
 from sdc_experiments.recorder import DriveRecorder, stop_lines_of
 from sdc_package.behaviour.manoeuvres import Manoeuvres, StayOnRoute
 from sdc_package.behaviour.street_planner import StreetPlanner
@@ -92,7 +92,8 @@ def drive_result(  # noqa: PLR0913  all by name, as those of ./drive
         seed: seed of noise and traffic, in place of that of the scenario
         traffic: number of other road users on the map, also in its place
         sim_options: parameters that replace those of sdc_sim/config/sim.yaml
-        planner_options: the same for sdc_package/config/local_planner.yaml
+        planner_options: the same for local_planner.yaml of sdc_package, and on a map for
+            street_planner.yaml
         controller_options: the same for sdc_package/config/simple_controller.yaml
         referee_options: the same for sdc_sim/config/referee.yaml
         longest_s: simulated time after which to stop, None for no limit but the referee's [s]
@@ -109,7 +110,8 @@ def drive_result(  # noqa: PLR0913  all by name, as those of ./drive
     options = {**sim_options, **{name: one for name, one in own if one is not None}}
     setup, missions = conditions(scenario, route, options, map, start, goal)
     world = setup.simulation(compiled)
-    limits, lines = _limits(planner_options, lacking), stop_lines_of(world.lights)
+    limits = _limits(planner_options, lacking, missions is not None)
+    lines = stop_lines_of(world.lights)
     known = lines, missions, world.observation, lacking
     chosen, waypoints_m = own_planner(limits, setup.waypoints_m, *known)
     car = car_with(function_planner(planner) if planner else chosen, steering, controller_options)
@@ -119,12 +121,12 @@ def drive_result(  # noqa: PLR0913  all by name, as those of ./drive
     return recorder.evaluator.result()
 
 
-def _limits(options: Mapping[str, Any], lacking: str) -> dict[str, Any]:
+def _limits(options: Mapping[str, Any], lacking: str, on_map: bool) -> dict[str, Any]:
     """Return the parameters of the local planner."""
     if lacking not in LACKS:
         raise ValueError(f"lacking: must be one of {', '.join(LACKS)[:-2]}, got '{lacking}'")
     options = {**options, **(_FAST if lacking == "speed" else {})}
-    return overridden(node_parameters("local_planner"), options, "planner_options")
+    return overridden(planner_parameters(on_map), options, "planner_options")
 
 
 def conditions(

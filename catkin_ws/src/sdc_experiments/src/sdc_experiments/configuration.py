@@ -15,6 +15,12 @@ def node_parameters(node: str) -> dict[str, Any]:
     return node_config("sdc_package", node)
 
 
+def planner_parameters(on_map: bool) -> dict[str, Any]:
+    """Return the parameters of local_planner, on a route or on a map."""
+    streets = node_parameters("street_planner") if on_map else {}
+    return {**node_parameters("local_planner"), **streets}
+
+
 def vehicle_preset(name: str) -> VehicleParameters:
     """Return a vehicle of sdc_sim/config/vehicles."""
     return load_vehicle(os.path.join(folder_of("vehicle"), f"{name}.yaml"))

@@ -100,6 +100,15 @@ def places_along(network: Network, route: Route) -> Iterator[tuple[float, LanePl
             yield s_m, place
 
 
+def limits_along(network: Network, route: Route) -> np.ndarray:
+    """Return (N,) speed limits of the lanes at the points of a route, inf without a lane [m/s]."""
+    found = [
+        (s_m, network.lanes[at.lane].speed_limit_mps) for s_m, at in places_along(network, route)
+    ]
+    s_m, limits_mps = np.array([(-math.inf, math.inf), *found]).T
+    return limits_mps[np.searchsorted(s_m, route.s, side="right") - 1]
+
+
 def _crossing(
     network: Network, route: Route, way: Way, before_m: float, after_m: float, speed_mps: np.ndarray
 ) -> Crossing:

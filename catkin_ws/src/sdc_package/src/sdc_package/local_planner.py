@@ -49,7 +49,7 @@ class LocalPlanner:
         speed: speed profile at the points of the route [m/s]
         reason: what limits the speed at the first point of the last plan, see speed_reasons
         ahead: the points of the route that the last plan has
-        horizon_m: distance ahead within which an obstacle can limit the planned speeds [m]
+        horizon_m: distance ahead within which an obstacle can limit the speeds of the last plan [m]
 
     Raises:
         ValueError: there are fewer than 2 waypoints, one is not finite, or one repeats the one
@@ -77,9 +77,7 @@ class LocalPlanner:
         self._path = np.column_stack([self.route.points, self.speed])
         self.ahead = slice(0, 0)
         self._rows = self._path[self.ahead]
-        stopping_m = settings.limits.cruise_mps**2 / (2.0 * settings.limits.braking_mps2)
-        margins = settings.obstacles
-        self.horizon_m = settings.lookahead_m + stopping_m + margins.gap_m + margins.car_front_m
+        self.horizon_m = 0.0
         self._place: Place | None = None
         self._xy = math.nan, math.nan
         self._window_ahead_m = _WINDOW_AHEAD_M
@@ -110,8 +108,9 @@ class LocalPlanner:
             obstacles: the detected obstacles
 
         Returns:
-            (n, 3) rows of x, y and target speed, n >= 2, that end `lookahead_m` ahead or at the end
-            of the route [m, m, m/s]; the same array as long as the rows are the same
+            (n, 3) rows of x, y and target speed, n >= 2, that end `lookahead_m` ahead,
+            `lookahead_s` at the planned speed, or at the end of the route [m, m, m/s]; the same
+            array as long as the rows are the same
 
         Raises:
             OffRouteError: the car is farther than `join_within_m` from the route
@@ -141,6 +140,7 @@ class LocalPlanner:
         ahead = self._points_ahead(self._first_on_this_pass(first, x_m, y_m))
         if ahead != self.ahead:
             self.ahead, self._rows = ahead, self._path[ahead]
+            self.horizon_m = self._horizon_m(ahead)
         self.reason = self._reasons[ahead.start]
         return self._rows
 
@@ -209,10 +209,21 @@ class LocalPlanner:
 
     def _points_ahead(self, first: int) -> slice:
         """Return the points of the path ahead, at least two."""
-        until_s_m = self.place.s_m + self.settings.lookahead_m
-        last = bisect_right(self.route.line.s, until_s_m)
         first = min(first, len(self._path) - 2)
+        last = bisect_right(self.route.line.s, self.place.s_m + self._lookahead_m(first))
         return slice(first, max(first + 2, min(last, len(self._path))))
+
+    def _lookahead_m(self, first: int) -> float:
+        """Return the length of the path that begins at a point of the route [m]."""
+        settings = self.settings
+        return max(settings.lookahead_m, settings.lookahead_s * float(self.speed[first]))
+
+    def _horizon_m(self, ahead: slice) -> float:
+        """Return the length of a path and the distance to stop from the fastest point on it [m]."""
+        settings, fastest_mps = self.settings, float(self.speed[ahead].max())
+        stopping_m = fastest_mps**2 / (2.0 * settings.limits.braking_mps2)
+        margins = settings.obstacles
+        return self._lookahead_m(ahead.start) + stopping_m + margins.gap_m + margins.car_front_m
 
     def _first_on_this_pass(self, first: int, x_m: float, y_m: float) -> int:
         """Return the index of the first waypoint ahead on the car's own pass of the route."""

@@ -16,13 +16,15 @@ class PlannerSettings:
     """Parameters of the local planner."""
 
     limits: SpeedLimits  # limits of the speed profile
-    lookahead_m: float  # length of the planned path [m]
+    lookahead_m: float  # least length of the planned path [m]
+    lookahead_s: float  # least time for which it reaches at the planned speed [s]
     join_within_m: float  # maximum distance from the route at which the car joins it [m]
     obstacles: ObstacleMargins  # margins to obstacles
     traffic_lights: TrafficLightMargins  # margins at traffic lights
 
     def __post_init__(self):
-        check_positive(lookahead_m=self.lookahead_m, join_within_m=self.join_within_m)
+        names = ("lookahead_m", "lookahead_s", "join_within_m")
+        check_positive(**{name: getattr(self, name) for name in names})
 
     @classmethod
     def read(cls, parameter: Callable[[str], Any]) -> PlannerSettings:
@@ -44,4 +46,5 @@ class PlannerSettings:
         )
         obstacles = ObstacleMargins(**parameter("caution"))
         lights = TrafficLightMargins(**parameter("traffic_lights"))
-        return cls(limits, parameter("lookahead_m"), parameter("join_within_m"), obstacles, lights)
+        lookahead = parameter("lookahead_m"), parameter("lookahead_s")
+        return cls(limits, *lookahead, parameter("join_within_m"), obstacles, lights)

@@ -5,9 +5,9 @@
 REPEAT_NS = 250_000_000
 
 MEANINGS = {
-    "cruise": "the cruise speed",
+    "cruise": "the planned speed, or the limit of the road",
     "bend": "the lateral acceleration, or its change, in a bend",
-    "braking_ahead": "brakes for a bend ahead",
+    "braking_ahead": "brakes for a bend or a lower limit ahead",
     "end_of_route": "brakes for the end of the route",
     "accelerating": "accelerates, at the start or after a bend",
     "obstacle": "stops behind an obstacle, or follows it",

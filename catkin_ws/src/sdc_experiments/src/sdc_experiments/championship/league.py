@@ -12,7 +12,7 @@ from sdc_common.configuration import node_config
 from sdc_common.geometry.segments import use_machine_code
 from sdc_experiments.championship.mission import DriverMission
 from sdc_experiments.closed_loop import conditions
-from sdc_experiments.configuration import node_parameters
+from sdc_experiments.configuration import planner_parameters
 from sdc_experiments.recorder import stop_lines_of
 from sdc_map.map_file import map_file
 from sdc_sim.road.random_routes import long_route
@@ -87,7 +87,7 @@ def prepared(one: Draw) -> tuple[DriveSetup, Simulation, DriverMission]:
     use_machine_code()
     setup, missions = conditions("", one.route_m, one.sim, one.map, None, None)
     world = setup.simulation(compiled=True)
-    limits = overridden(node_parameters("local_planner"), one.planner, "planner")
+    limits = overridden(planner_parameters(missions is not None), one.planner, "planner")
     lines, seen = stop_lines_of(world.lights), world.observation
     goals = () if missions is None else tuple(missions.goals)
     mission = DriverMission(one.league, setup.waypoints_m, seen, limits, lines, one.map, goals)

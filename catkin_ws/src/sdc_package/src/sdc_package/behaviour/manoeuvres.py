@@ -41,8 +41,8 @@ _OVER_M = 0.15
 _PULLS_OUT_M, _OUT_AFTER_M, _OUT_M = 1.0, 0.5, 8.0
 # Within its lane the car moves aside by so much, for so far, and again so far before its end [m].
 _NUDGE_M, _NUDGED_M, _AGAIN_M = 0.7, 40.0, 30.0
-# The car makes room for so long [m].
-_ASIDE_M = 80.0
+# The car makes room for so long [s].
+_ASIDE_S = 6.7
 # Whether the way leads back already is looked up so far ahead; a change of lanes may come so much
 # later, and so much before the lane ends [m], in the end at such a speed [m/s].
 _SOON_M, _LATER_M, _LANE_END_M, _CHANGES_MPS = 12.0, 100.0, 8.0, 4.0
@@ -220,12 +220,12 @@ class Manoeuvres(StayOnRoute):
     def _asides(self, now: Situation) -> Iterator[np.ndarray]:
         """Yield the ways that make room for an emergency vehicle."""
         length_m = shift_length_m(now.width_m, now.speed_mps)
-        until_m = min(now.s_m + _ASIDE_M, now.end_m - 1.5 * length_m)
+        until_m = min(now.s_m + _ASIDE_S * now.top_mps, now.end_m - 1.5 * length_m)
         for side, beside in ((-1.0, self._road.right), (1.0, self._road.left)):
             if beside[now.at] == SAME and until_m > now.s_m + length_m:
                 yield self._there_and_back(now, side * now.width_m, now.s_m, until_m)
         if not self.way.until_m:
-            yield self._there_and_back(now, -_NUDGE_M, now.s_m, now.s_m + _ASIDE_M)
+            yield self._there_and_back(now, -_NUDGE_M, now.s_m, now.s_m + _ASIDE_S * now.top_mps)
 
     def _passes(self, now: Situation) -> Iterator[np.ndarray]:
         """Yield the ways around those that are passable, to the left and to the right."""

@@ -126,7 +126,7 @@ class StreetPlanner:
         streets, settings = self._streets, self._settings
         route, place_s_m, speed_mps = local.route, local.place.s_m, observation.speed_mps
         near: Obstacles = nearby(route, place_s_m, observation.obstacles, local.horizon_m)
-        obstacles = streets.relevant(place_s_m, speed_mps, near)
+        obstacles = streets.relevant(place_s_m, speed_mps, near, local.horizon_m)
         if not obstacles:
             return rows
         margins = streets.margins
@@ -182,7 +182,7 @@ class StreetPlanner:
             rows = local.stopped_at(rows, manoeuvres.stop_m, "obstacle", speed_mps)
         elif manoeuvres.reason and local.reason in ("cruise", "bend", "accelerating"):
             local.reason = manoeuvres.reason
-        if streets.must_brake_hard(place.s_m, speed_mps, obstacles):
+        if streets.must_brake_hard(place.s_m, speed_mps, obstacles, local.horizon_m):
             rows = local.limited(rows, np.zeros(len(rows)), "obstacle")
         return rows
 

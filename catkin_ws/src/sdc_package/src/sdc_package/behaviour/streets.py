@@ -56,7 +56,6 @@ _RUNS_MPS, _RUNS_MPS2, _EMERGENCY_MPS2 = 2.0, 3.2, 6.5
 _BRAKES_MPS2 = 1.5  # one that slows down so much brakes
 # One that is more oblique than this changes lanes or turns.
 _ALONG_RAD = math.radians(50.0)
-_AROUND_M = 60.0  # others are looked at so near, and as far as they drive in two seconds
 # One so near to the way of the car, and so little oblique to it, is followed.
 _ON_WAY_M, _ON_WAY_RAD = 0.7, math.radians(20.0)
 # A pedestrian on a crosswalk is not on the lane.
@@ -203,10 +202,13 @@ class StreetBehaviour:
                 return stop_m, STOP_SIGN
             if self._is_blocked(crossing, s_m, obstacles):
                 return stop_m, JUNCTION_BLOCKED
-        give_way_m = self._give_way_m(crossing, s_m, speed_mps, obstacles, stop_m)
+        around = obstacles, stop_m, horizon_m
+        give_way_m = self._give_way_m(crossing, s_m, speed_mps, *around)
         return None if math.isinf(give_way_m) else (give_way_m, RIGHT_OF_WAY)
 
-    def must_brake_hard(self, s_m: float, speed_mps: float, obstacles: Obstacles) -> bool:
+    def must_brake_hard(
+        self, s_m: float, speed_mps: float, obstacles: Obstacles, horizon_m: float
+    ) -> bool:
         """Return whether the car meets one even if it brakes firmly; call it after `stop`."""
         others = self._motions.near(self._route.line.point_at(s_m), speed_mps, obstacles)
         way_m, size = self.manoeuvres.way.offset_m, (self.margins.car_front_m, 0.5 * _CAR_WIDTH_M)
@@ -215,12 +217,14 @@ class StreetBehaviour:
                 others[:, 8] *= share
                 others = others[meets(self._route, way_m, s_m, speed_mps, others, *size)]
         for one in (obstacles[int(number)] for number in others[:, 0]):
-            if self._comes(one, s_m, ()):
+            if self._comes(one, s_m, (), horizon_m):
                 self.details["obstacle"] = name_of(one)
                 return True
         return False
 
-    def relevant(self, s_m: float, speed_mps: float, obstacles: Obstacles) -> Obstacles:
+    def relevant(
+        self, s_m: float, speed_mps: float, obstacles: Obstacles, horizon_m: float
+    ) -> Obstacles:
         """Return the obstacles without vehicles that stay on lanes beside the car's way.
 
         Those that cross in a junction are the matter of `stop`, until the car is slow there.
@@ -229,14 +233,17 @@ class StreetBehaviour:
             s_m: arc length of the car's centre along the route [m]
             speed_mps: its speed [m/s]
             obstacles: the detected road users
+            horizon_m: length of the route ahead of the car that is searched [m]
         """
         near = self._entered + self._crossings[:1]
         ways = [way for one in near if s_m < one.end_m for way in one.conflicts]
         if speed_mps < _SLOW_MPS:
             ways = [way for way in ways if s_m + self.margins.car_front_m < way.own_m[0]]
-        return [one for one in obstacles if self._comes(one, s_m, ways)]
+        return [one for one in obstacles if self._comes(one, s_m, ways, horizon_m)]
 
-    def _comes(self, one: DetectedObstacle, s_m: float, ways: Sequence[Conflict]) -> bool:
+    def _comes(
+        self, one: DetectedObstacle, s_m: float, ways: Sequence[Conflict], horizon_m: float
+    ) -> bool:
         """Return whether a road user is off the lanes, or is or comes on the way of the car.
 
         On a bend or in a junction, the lane of a vehicle tells more than its heading where it will
@@ -246,10 +253,10 @@ class StreetBehaviour:
         place = self._place_of(one) if drives else None
         if place is None or abs(place.heading_error_rad) > _ALONG_RAD:
             return True
-        line, near_m = self._route.line, _AROUND_M + 2.0 * one.speed_mps
+        line, near_m = self._route.line, horizon_m + 2.0 * one.speed_mps
         away_m = [(way.away_m(self._network, place), way.its_m[1]) for way in ways]
         crosses = any(m is not None and m + to_m > -0.5 * one.length_m for m, to_m in away_m)
-        crosses = crosses and not self._is_ahead(one, s_m)
+        crosses = crosses and not self._is_ahead(one, s_m, horizon_m)
         beside_m = 0.5 * (one.width_m + _CAR_WIDTH_M) + BESIDE_M
         # One that comes obliquely from beside the car cuts in; an oncoming one turns.
         cuts_in = math.cos(one.yaw_rad - line.heading_at(s_m)) > 0.0
@@ -285,7 +292,13 @@ class StreetBehaviour:
         return False
 
     def _give_way_m(
-        self, crossing: Crossing, s_m: float, speed_mps: float, obstacles: Obstacles, stop_m: float
+        self,
+        crossing: Crossing,
+        s_m: float,
+        speed_mps: float,
+        obstacles: Obstacles,
+        stop_m: float,
+        horizon_m: float,
     ) -> float:
         """Return where the car stops for those that it would meet in the junction, inf: nowhere."""
         front_m, line_m = self.margins.car_front_m, crossing.line_m
@@ -319,7 +332,7 @@ class StreetBehaviour:
             near_m, waits = _NEAR_M + _SOON_S * one.speed_mps, one.speed_mps < _WAITS_MPS
             if math.dist((one.x_m, one.y_m), (x, y)) >= near_m or (waits and not starts):
                 continue
-            place = None if self._is_ahead(one, s_m) else self._place_of(one)
+            place = None if self._is_ahead(one, s_m, horizon_m) else self._place_of(one)
             if place is None or abs(place.heading_error_rad) > _ACROSS_RAD:
                 continue
             for wanted_m, conflict, times_s in spaces:
@@ -335,9 +348,9 @@ class StreetBehaviour:
                     self.details[RIGHT_OF_WAY] = text + crossing.junction
         return nearest_m
 
-    def _is_ahead(self, one: DetectedObstacle, s_m: float) -> bool:
+    def _is_ahead(self, one: DetectedObstacle, s_m: float, horizon_m: float) -> bool:
         """Return whether a road user drives on the way of the car already."""
-        place = self._route.line.project(one.x_m, one.y_m, s_m, 0.0, _AROUND_M)
+        place = self._route.line.project(one.x_m, one.y_m, s_m, 0.0, horizon_m)
         turned_rad = math.remainder(one.yaw_rad - place.heading_rad, 2.0 * math.pi)
         is_near = self._beside_m(place) < _ON_WAY_M and abs(turned_rad) < _ON_WAY_RAD
         return is_near and place.s_m > s_m

@@ -10,6 +10,7 @@ import numpy as np
 from sdc_common.geometry.road_line import road_route
 from sdc_common.geometry.route import Route
 from sdc_common.planning.speed_reasons import REPEAT_NS
+from sdc_map.crossings import limits_along
 from sdc_map.network_file import load_network
 from sdc_sim.evaluation.command_matching import COMMAND_FIELDS, CommandTrace
 from sdc_sim.evaluation.ideal_drive import IdealDrive
@@ -56,8 +57,9 @@ class DriveEvaluation:
             keep_trace: keep all samples, commands and reasons, which a report needs
         """
         self.route = route
+        self._network = load_network(rules.map) if rules.map else None
         # The fastest drive, with the greatest speed at each point of the route.
-        self.ideal = IdealDrive(route, rules.speed_limits())
+        self.ideal = self._ideal_drive(rules)
         timeout_s = rules.timeout_s(self.ideal.duration_s)
         self.progress = RouteProgress(route, rules, timeout_s, keep_samples=keep_trace)
         self._mission_m: list = []
@@ -70,8 +72,8 @@ class DriveEvaluation:
         self.snapshots: list = []
         self._red_lights = RedLightDetector(rules.car_front_m)
         self._streets = None
-        if rules.map:
-            self._streets = StreetRules(load_network(rules.map), rules.car_front_m)
+        if self._network is not None:
+            self._streets = StreetRules(self._network, rules.car_front_m)
             self.progress.on_lane_s = self._streets.on_lane_s
         self._obstacle_kinds: dict = {}
         self._collision: tuple[int, float] | None = None  # id of the obstacle, and time [s]
@@ -81,6 +83,11 @@ class DriveEvaluation:
         self._details: list = []
         self._lane_offsets: dict = {}  # offset in the lane that the camera measured [m] by stamp
         self.planned: list = []  # rows of arc length [m], planned speed [m/s] and time [s]
+
+    def _ideal_drive(self, rules: EvaluationRules) -> IdealDrive:
+        network, route = self._network, self.route
+        road_mps = limits_along(network, route) if network else np.inf
+        return IdealDrive(route, rules.speed_limits(), road_mps)
 
     @property
     def over(self) -> bool:
@@ -234,7 +241,7 @@ class DriveEvaluation:
         join_m = self.route.line.project(x, y, near_m, _JOIN_M, _JOIN_M).s_m
         driven = self.route.points[self.route.s < join_m - _APART_M]
         self.route = Route(np.vstack([driven, line]))
-        self.ideal = IdealDrive(self.route, rules.speed_limits())
+        self.ideal = self._ideal_drive(rules)
         progress.follow(self.route, rules.timeout_s(self.ideal.duration_s))
 
     def _on_command(self, stamp_ns: int, throttle: float, brake: float, steer: float) -> None:

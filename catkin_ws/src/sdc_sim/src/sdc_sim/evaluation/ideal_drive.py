@@ -1,11 +1,11 @@
-"""The fastest drive along a route under the local planner's limits."""
+"""The fastest drive along a route under the limits of the local planner and of the roads."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from sdc_common.geometry.route import Route
-from sdc_common.planning.speed_profile import SpeedLimits, speed_profile
+from sdc_common.planning.speed_profile import SpeedLimits, limited_speeds
 
 _MIN_SPEED_MPS = 1e-3
 _MAX_SHORTCUT = 0.9
@@ -14,8 +14,8 @@ _MAX_SHORTCUT = 0.9
 class IdealDrive:
     """The greatest speed (N,) [m/s] at each point of a route, and the time that it takes."""
 
-    def __init__(self, route: Route, limits: SpeedLimits):
-        self.speed_mps = speed_profile(route, limits)
+    def __init__(self, route: Route, limits: SpeedLimits, road_mps: np.ndarray | float = np.inf):
+        self.speed_mps, _ = limited_speeds(route.s, route.curvature, limits, road_mps)
         mean_mps = 0.5 * (self.speed_mps[:-1] + self.speed_mps[1:])
         steps_s = np.diff(route.s) / np.maximum(mean_mps, _MIN_SPEED_MPS)
         self.duration_s = float(np.sum(steps_s))

@@ -26,8 +26,9 @@ from sdc_sim.yaml_document import config_path
 _EGO = "ego"
 _PEDESTRIAN = "pedestrian"
 # Road users begin within the first distance of the car, and are replaced beyond the second one.
-# None begins close to the car, nor where it could not brake gently before the car; while the car
-# drives, they begin on streets out of its sight where there are any.
+# None begins close to the car, nor where one of both could not brake gently before the other; while
+# the car drives, they begin on streets out of its sight where there are any. All distances are
+# longer by that in which the car stops gently.
 _NEAR_M, _FAR_M, _CLEAR_M, _SIGHT_M = 300.0, 500.0, 40.0, 100.0
 _GENTLE_MPS2 = 3.0
 # A route ends at a dead end, or after so many edges; a pedestrian walks to so many places.
@@ -223,8 +224,10 @@ class SumoTraffic:
         self, ego: Rectangle, speed_mps: float, braking: bool, sight_m: float = _SIGHT_M
     ) -> list[ObstacleState]:
         self._move_ego(ego, speed_mps, braking)
+        stopping_m = speed_mps**2 / (2.0 * _GENTLE_MPS2)
+        begin_m = sight_m + stopping_m, _NEAR_M + stopping_m
         for _ in range(self._count - len(self._users)):
-            self._add(ego, sight_m)
+            self._add(ego, begin_m)
         self._sumo.simulationStep()
         simulation, states = self._sumo.simulation, []
         begun = {*simulation.getDepartedIDList(), *simulation.getDepartedPersonIDList()}
@@ -238,8 +241,8 @@ class SumoTraffic:
                 if state.x_m < _NOWHERE_M:
                     continue  # It waits for room on its street.
                 distance_m = math.hypot(state.x_m - ego.x_m, state.y_m - ego.y_m)
-                room_m = _CLEAR_M + state.speed_mps**2 / (2.0 * _GENTLE_MPS2)
-                if distance_m > _FAR_M or (name in begun and distance_m < room_m):
+                room_m = _CLEAR_M + max(stopping_m, state.speed_mps**2 / (2.0 * _GENTLE_MPS2))
+                if distance_m > _FAR_M + stopping_m or (name in begun and distance_m < room_m):
                     domain.unsubscribe(name)
                     domain.remove(name)
                     del self._users[name]
@@ -303,15 +306,15 @@ class SumoTraffic:
         is_person = self._users[name].vehicle_class == _PEDESTRIAN
         return self._sumo.person if is_person else self._sumo.vehicle
 
-    def _add(self, ego: Rectangle, sight_m: float) -> None:
-        """Add a road user of a drawn kind on a drawn street."""
+    def _add(self, ego: Rectangle, begin_m: tuple[float, float]) -> None:
+        """Add a road user of a drawn kind on a street between two distances of the car [m]."""
         shares = [kind.share for kind in self._kinds.values()]
         drawn = self._random.choices(list(self._kinds), shares)[0]
         kind = self._kinds[drawn]
         streets = self._streets[kind.vehicle_class]
-        name, edge = str(self._next_id), self._drawn_edge(streets, ego, sight_m)
+        name, edge = str(self._next_id), self._drawn_edge(streets, ego, *begin_m)
         if kind.vehicle_class == _PEDESTRIAN:
-            walks = list(self._walks(streets, ego, edge))
+            walks = list(self._walks(streets, ego, edge, begin_m[1]))
             if not walks:
                 return
             self._sumo.person.add(name, edge, 0.0, typeID=drawn)
@@ -328,16 +331,16 @@ class SumoTraffic:
         self._next_id += 1
         self._domain(name).subscribe(name, self._read)
 
-    def _drawn_edge(self, streets: Streets, ego: Rectangle, sight_m: float) -> str:
+    def _drawn_edge(self, streets: Streets, ego: Rectangle, from_m: float, until_m: float) -> str:
         distance_m = np.hypot(*(streets.middles_m - (ego.x_m, ego.y_m)).T)
-        weights = streets.lengths_m * ((distance_m > sight_m) & (distance_m < _NEAR_M))
+        weights = streets.lengths_m * ((distance_m > from_m) & (distance_m < until_m))
         if not weights.any():
             weights = streets.lengths_m
         return self._random.choices(streets.edges, weights.tolist())[0]
 
-    def _walks(self, streets: Streets, ego: Rectangle, edge: str) -> Iterator[Any]:
+    def _walks(self, streets: Streets, ego: Rectangle, edge: str, until_m: float) -> Iterator[Any]:
         for _ in range(_PLACES):
-            end = self._drawn_edge(streets, ego, 0.0)
+            end = self._drawn_edge(streets, ego, 0.0, until_m)
             walks = self._sumo.simulation.findIntermodalRoute(edge, end) if end != edge else ()
             for walk in walks:
                 yield walk
