@@ -1,3 +1,4 @@
+import math
 import sys
 
 import numpy as np
@@ -24,12 +25,39 @@ ACCEPTED = [
     ("spaces", " 0 , 0 \n 1,0\n2 ,-1\n"),
     ("byte order mark", "\ufeff" + GOOD),
     ("exponents", "0e0,0\n1.0E0,0\n.2e1,-1\n"),
+    ("semicolons", GOOD.replace(",", ";")),
+    ("tabs", "x\ty\n" + GOOD.replace(",", "\t")),
+    ("blanks", "0 0  7\n 1  0 7\n2 -1 7\n"),
+    ("decimal commas", "x;y\r\n0,0;0,0\r\n1,0;0\r\n2;-1,0\r\n"),
+    ("quoted numbers", '"0","0"\n"1","0"\n"2","-1"\n'),
+    ("comma in a quoted text", '"0","0","a, b"\n1,0,c\n2,-1,d\n'),
+    ("swapped header", "y,x\n0,0\n0,1\n-1,2\n"),
+    ("time in front", "time [s],X [m],Y [m]\n0,0,0\n5,1,0\n7,2,-1\n"),
+    ("raceline", "# 1f0a\n# s_m; x_m; y_m; v_mps\n0; 0; 0; 8\n1; 1; 0; 8\n2.4; 2; -1; 8\n"),
+    ("centre line", "# x_m,y_m,w_tr_right_m,w_tr_left_m\n0,0,1,1\n1,0,1,1\n2,-1,1,1\n"),
+    ("header in blanks", "# x z y\n0,9,0\n1,9,0\n2,9,-1\n"),
+    (
+        "rostopic echo -p",
+        "%time,field.pose.pose.position.x,field.pose.pose.position.y,field.pose.pose.orientation.x\n"
+        "17,0,0,0\n18,1,0,0\n19,2,-1,0\n",
+    ),
+    ("degrees beside metres", "lat,lon,posX,posY\n58.1,26.1,0,0\n58.1,26.1,1,0\n58.1,26.1,2,-1\n"),
+    ("prose with commas", "# right is y, forward is x\n" + GOOD),
+    ("height in the second column", "x,height,y\n0,5,0\n1,5,0\n2,5,-1\n"),
+    ("distance in the third column", "0,0,0\n1,0,1\n2,-1,2.4142\n"),
 ]
 
 IN_METRES, DELETE = "; write it with a decimal point, in a local frame", "; delete one of them"
 TWO = "at least 2; add rows of x,y in metres"
-ROUND = "with a radius of 4 m, or delete the rows that lead back"
-COMMA, COLUMNS = "; write x,y with a comma", "; move them to columns 1 and 2"
+ROUND = "; check the order of rows and columns, or round the turn with a radius of 4 m"
+COMMA, DECIMALS = "; write x,y with a comma", "a decimal point and without thousands separators"
+LOCAL = "convert them to metres in a local frame"
+CONVERT = "; convert them to metres in a local frame, y to the right of x"
+NAME_THEM = "; name them, in metres, y to the right of x"
+FIRST_LINE = "; name the columns in the first line, in this way or as x,y,z"
+CIRCLE = [(20.0 * math.sin(0.2 * i), 20.0 * math.cos(0.2 * i)) for i in range(30)]
+HEIGHTS = "".join(f"{x},{1.0 + 0.1 * (i % 5)},{y}\n" for i, (x, y) in enumerate(CIRCLE))
+DISTANCES = "".join(f"{3.9933 * i:.3f};{x:.3f};{y:.3f}\n" for i, (x, y) in enumerate(CIRCLE))
 # Name, content, parts of the message, and its end.
 REFUSED = [
     ("empty", "", ["0 waypoint(s)"], TWO),
@@ -43,14 +71,42 @@ REFUSED = [
     ("NaN", "0,0\nnan,0\n2,0\n", ["row 2", "x is 'nan'"], IN_METRES),
     ("infinity", "0,0\n0,-inf\n", ["row 2", "y is '-inf'"], IN_METRES),
     ("one column", "0,0\n1\n2,0\n", ["row 2", "one column ('1')"], COMMA),
-    ("semicolons", "0;0\n1;0\n", ["row 2", "one column ('1;0')"], COMMA),
     ("repeated point", "0,0\n\n1,1\n1,1\n2,2\n", ["row 4", "point of row 3"], DELETE),
     ("late repeated point", "0,0\n1,0\n2,0\n\n2,0\n", ["row 5", "point of row 3"], DELETE),
     ("turned back", "0,0\n5,0\n10,0\n6,1\n", ["row 3", "by 166 degrees within 4 m"], ROUND),
     ("rows led back", "0,0\n1,0\n2,0\n3,0\n1,0\n2,0\n3,0\n", ["row 4", "by 180 degrees"], ROUND),
-    ("swapped header", "y,x\n0,0\n1,0\n", ["row 1", "x in column 2 and y in column 1"], COLUMNS),
-    ("quoted swapped header", '"Y","X"\n0,0\n1,0\n', ["row 1", "x in column 2"], COLUMNS),
-    ("time in front", "time,x,y\n0,0,0\n1,0,1\n", ["x in column 2 and y in column 3"], COLUMNS),
+    (
+        "decimal commas",
+        "0,50,1,05\n1,75,1,10\n",
+        ["'1,05' is a number with a decimal comma"],
+        DECIMALS,
+    ),
+    ("two names, four columns", "x,y\n0,5,1,5\n1,5,1,5\n", ["row 2", "2 are expected"], DECIMALS),
+    ("two names in a comment", "# x,y\n0,5,1,5\n1,5,1,5\n", ["row 2", "2 are expected"], DECIMALS),
+    ("thousands", "1,001.5,2,000.5\n999.5,2,000.5\n", ["row 2", "4 are expected"], DECIMALS),
+    ("quoted thousands", '"1,201","2"\n"999","2"\n', ["row 1", "x is '1,201'"], IN_METRES),
+    ("commas and points", "1,001;2\n999.5;2\n", ["commas and points"], DECIMALS),
+    (
+        "degrees",
+        "lat,lon\n58.1,26.1\n58.2,26.1\n",
+        ["row 1", "'lat' and 'lon' are degrees"],
+        CONVERT,
+    ),
+    (
+        "exported degrees",
+        '"time";"Longitude";"Latitude";"ele"\n1;26,1;58,1;9\n',
+        ["row 1"],
+        CONVERT,
+    ),
+    ("degrees in a comment", "# gps_lat gps_lon\n58.1 26.1\n58.2 26.1\n", ["row 1"], CONVERT),
+    ("degrees without header", "58.10,26.1\n58.11,26.1\n58.11,26.1\n", ["within 1 m"], LOCAL),
+    ("centimetres", "x_cm,y_cm\n0,0\n100,0\n", ["row 1", "'x_cm' and 'y_cm'"], CONVERT),
+    ("other columns", "time,speed\n0,0\n1,0\n", ["row 1", "'time, speed'"], NAME_THEM),
+    ("two lines", "x1,y1,x2,y2\n0,0,0,5\n1,0,1,5\n", ["row 1"], NAME_THEM),
+    ("height of a flat road", "0,0,0\n1,0,0\n2,0,-1\n", ["0.0 in all", "as in x,z,y"], FIRST_LINE),
+    ("height of a hilly road", HEIGHTS, ["column 2 varies by 0.4", "as in x,z,y"], FIRST_LINE),
+    ("distance in the first column", DISTANCES, ["as in s,x,y"], FIRST_LINE),
+    ("GPX", '<?xml version="1.0"?>\n<gpx>', ["XML or JSON, not a route"], "CSV file of x,y"),
     ("road network", '<?xml version="1.0"?>\n<OpenDRIVE>', ["not a route"], "CSV file of x,y"),
     ("far away", "0,0\n1e30,0\n", ["row 2", "metres up to 100000"], IN_METRES),
     ("row counted over town03 ends", "0,0\r\r\n1,0\r\r\nword,0\r\r\n", ["row 3"], IN_METRES),

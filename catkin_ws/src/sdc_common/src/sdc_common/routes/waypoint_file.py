@@ -5,21 +5,21 @@ Check a file with: python3 -m sdc_common.routes.waypoint_file FILE
 
 from __future__ import annotations
 
+import csv
 import math
 import os
-import re
 import sys
 
 import numpy as np
 
 from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.road_line import sharpest_turn
+from sdc_common.routes.csv_columns import Table, check_count, doubt, is_number, read_table
 
-# The published Town03 file ends its lines with "\r\r\n": all carriage returns before a line feed
-# belong to one end.
-_LINE_END = re.compile(r"\r*\n|\r")
 SHORTEST_STEP_M = 1e-3
 LARGEST_COORDINATE_M = 1e5
+# The coordinates of a shorter route are not in metres.
+_SHORTEST_ROUTE_M = 1.0
 # A car leaves its lane in a sharper turn, measured over 4 m.
 _SHARPEST_TURN_RAD = math.radians(100.0)
 
@@ -31,8 +31,9 @@ class WaypointError(ValueError):
 def load_waypoints(path: str) -> np.ndarray:
     """Load a CSV file of CARLA coordinates as points in the ROS map frame.
 
-    The first two columns are x and y in metres, y to the right as in CARLA. The file can have
-    further columns, one header line, blank lines, comments after `#`, and any kind of line end.
+    x and y are in metres, y to the right as in CARLA: the columns that a header names so, or else
+    the first two. The file can have further columns, blank lines, comments after `#`, and any kind
+    of line end. Between columns are commas, semicolons, tabs or blanks.
 
     Args:
         path: the file; `~` is the home folder
@@ -41,9 +42,9 @@ def load_waypoints(path: str) -> np.ndarray:
         (N, 2) points, N >= 2, y to the left (REP 103) [m]
 
     Raises:
-        WaypointError: the file cannot be read, a value is not a finite number, a coordinate is
-            beyond 100 km, a point repeats the one before it, there are fewer than two points, or
-            the route turns more sharply than a car can
+        WaypointError: the file cannot be read, its columns x and y are not clear, a value is not a
+            finite number, a coordinate is beyond 100 km, a point repeats the one before it, there
+            are fewer than two points, or the route turns more sharply than a car can
     """
     path = os.path.expanduser(path)
     return parse_waypoints(_read_text(path), path)
@@ -56,45 +57,18 @@ def parse_waypoints(text: str, path: str) -> np.ndarray:
         text: content of the file
         path: name of the file in error messages
     """
-    if "<OpenDRIVE" in text[:1000]:
+    if text.lstrip()[:1] in ("<", "{", "["):
+        kind = "a road network (OpenDRIVE)" if "<OpenDRIVE" in text[:1000] else "XML or JSON"
         raise WaypointError(
-            f"{path}: the file is a road network (OpenDRIVE), not a route; set waypoints_path to a "
-            "CSV file of x,y"
+            f"{path}: the file is {kind}, not a route; set waypoints_path to a CSV file of x,y"
         )
-    points: list[tuple[float, float]] = []
-    rows: list[int] = []
-    header_allowed = True
-    for row, line in enumerate(_LINE_END.split(text), start=1):
-        fields = [field.strip().strip('"') for field in line.split("#", 1)[0].split(",")]
-        if not any(fields):
-            continue
-        try:
-            if header_allowed and not any(map(_is_number, fields)):
-                _check_header(fields)
-            else:
-                point = _point(fields)
-                if points and math.dist(point, points[-1]) < SHORTEST_STEP_M:
-                    raise ValueError(
-                        f"the row repeats the point of row {rows[-1]}; delete one of them"
-                    )
-                points.append(point)
-                rows.append(row)
-        except ValueError as error:
-            raise WaypointError(f"{path}, row {row}: {error}") from None
-        header_allowed = False
-    if len(points) < 2:
-        raise WaypointError(
-            f"{path}: the file has {len(points)} waypoint(s), but a route needs at least 2; "
-            "add rows of x,y in metres"
-        )
-    route = np.array(points)
-    turn, index = sharpest_turn(route)
-    if turn > _SHARPEST_TURN_RAD:
-        raise WaypointError(
-            f"{path}, row {rows[index]}: the route turns by {math.degrees(turn):.0f} degrees "
-            "within 4 m, sharper than a car can drive; round it with a radius of 4 m, or delete "
-            "the rows that lead back"
-        )
+    try:
+        table = read_table(text)
+        route = np.array([_point(row, fields, table) for row, fields in table.rows])
+        _check_route(route, table)
+    except (ValueError, csv.Error) as error:
+        place = f"{path}, " if str(error).startswith("row ") else f"{path}: "
+        raise WaypointError(f"{place}{error}") from None
     route[:, 1] = -route[:, 1]
     return route
 
@@ -113,35 +87,60 @@ def _read_text(path: str) -> str:
     raise WaypointError(f"{path}: {problem}")
 
 
-def _is_number(field: str) -> bool:
+def _point(row: int, fields: list[str], table: Table) -> tuple[float, float]:
+    """Return x and y of a row [m].
+
+    Raises:
+        ValueError: they are missing, or the row has other columns; the message starts with the row
+    """
     try:
-        float(field)
-    except ValueError:
-        return False
-    return True
-
-
-def _check_header(fields: list[str]) -> None:
-    names = [name.lower() for name in fields]
-    if "x" in names and "y" in names and names[:2] != ["x", "y"]:
-        raise ValueError(
-            f"the header has x in column {names.index('x') + 1} and y in column "
-            f"{names.index('y') + 1}; move them to columns 1 and 2"
-        )
-
-
-def _point(fields: list[str]) -> tuple[float, float]:
-    if len(fields) < 2:
-        raise ValueError(
-            f"the row has one column ({fields[0]!r}), but needs two; write x,y with a comma"
-        )
-    for name, field in zip("xy", fields):
-        if not (_is_number(field) and abs(float(field)) <= LARGEST_COORDINATE_M):
+        if len(fields) <= max(table.x, table.y):
             raise ValueError(
-                f"{name} is {field!r}, not a number of metres up to {LARGEST_COORDINATE_M:.0f}; "
-                "write it with a decimal point, in a local frame"
+                f"the row has one column ({fields[0]!r}), but needs two; write x,y with a comma"
             )
-    return float(fields[0]), float(fields[1])
+        for name, column in (("x", table.x), ("y", table.y)):
+            field = fields[column]
+            if not (is_number(field) and abs(float(field)) <= LARGEST_COORDINATE_M):
+                raise ValueError(
+                    f"{name} is {field!r}, not a number of metres up to "
+                    f"{LARGEST_COORDINATE_M:.0f}; write it with a decimal point, in a local frame"
+                )
+        check_count(fields, table)
+    except ValueError as error:
+        raise ValueError(f"row {row}: {error}") from None
+    return float(fields[table.x]), float(fields[table.y])
+
+
+def _check_route(route: np.ndarray, table: Table) -> None:
+    """Raise ValueError if no car can drive a route (N, 2) [m], or if it is in other columns."""
+    if len(route) < 2:
+        raise ValueError(
+            f"the file has {len(route)} waypoint(s), but a route needs at least 2; "
+            "add rows of x,y in metres"
+        )
+    rows = [row for row, _ in table.rows]
+    repeats = np.hypot(*np.diff(route, axis=0).T) < SHORTEST_STEP_M
+    turn, index = sharpest_turn(route)
+    refused = bool(repeats.any() or turn > _SHARPEST_TURN_RAD)
+    if np.ptp(route, axis=0).max() < _SHORTEST_ROUTE_M:
+        raise ValueError(
+            f"all waypoints are within {_SHORTEST_ROUTE_M:g} m; if x and y are degrees or in other "
+            "units, convert them to metres in a local frame"
+        )
+    if cause := doubt(table, route, refused):
+        raise ValueError(f"{cause}; name the columns in the first line, in this way or as x,y,z")
+    if repeats.any():
+        first = int(np.argmax(repeats))
+        raise ValueError(
+            f"row {rows[first + 1]}: the row repeats the point of row {rows[first]}; "
+            "delete one of them"
+        )
+    if turn > _SHARPEST_TURN_RAD:
+        raise ValueError(
+            f"row {rows[index]}: the route turns by {math.degrees(turn):.0f} degrees within 4 m, "
+            "sharper than a car can drive; check the order of rows and columns, or round the turn "
+            "with a radius of 4 m"
+        )
 
 
 def main() -> int:
