@@ -1,4 +1,5 @@
 import html.parser
+import math
 import re
 
 import numpy as np
@@ -15,6 +16,7 @@ from sdc_sim.report.plots import PANELS, write_png
 from sdc_testing.street_maps import needs_maps, town
 
 pytestmark = pytest.mark.slow(12)
+NAN = math.nan
 
 
 def driven(ticks, commands=True, rules=RULES):
@@ -105,6 +107,17 @@ def test_short_drives_are_drawn(tmp_path, ticks):
     write_png(str(tmp_path / "report.png"), result)
     assert len(page_of(result, tmp_path)) > 20_000
     assert imread(tmp_path / "report.png").shape == (900, 1600, 4)
+
+
+@pytest.mark.parametrize("command", [(NAN, NAN, NAN), (0.5, 0.0, NAN), (0.5, 0.0, -math.inf)])
+def test_drive_whose_commands_were_all_refused_has_a_page_that_says_so(tmp_path, command):
+    evaluator = driven(20, commands=False)
+    for tick in range(20):
+        evaluator.add("command", tick * 50_000_000, *command)
+    result = evaluator.result()
+    write_png(str(tmp_path / "report.png"), result)
+    assert "20 commands were refused" in page_of(result, tmp_path)
+    assert "were refused" not in page_of(driven(20).result(), tmp_path)
 
 
 @pytest.mark.parametrize(

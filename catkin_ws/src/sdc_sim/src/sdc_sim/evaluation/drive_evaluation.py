@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from typing import Any
 
@@ -79,6 +80,7 @@ class DriveEvaluation:
         self._collision: tuple[int, float] | None = None  # id of the obstacle, and time [s]
         self._last_ns = self._last_command_ns = self._last_reason_ns = 0
         self._commands = CommandTrace()
+        self.refused_commands = 0  # the world refuses a command with NaN or infinity
         self._reasons: list = []
         self._details: list = []
         self._lane_offsets: dict = {}  # offset in the lane that the camera measured [m] by stamp
@@ -245,6 +247,14 @@ class DriveEvaluation:
         progress.follow(self.route, rules.timeout_s(self.ideal.duration_s))
 
     def _on_command(self, stamp_ns: int, throttle: float, brake: float, steer: float) -> None:
+        self.refused_commands += not all(map(math.isfinite, (throttle, brake, steer)))
+        self._answer(stamp_ns, throttle, brake, steer)
+
+    def _on_target(self, *_target: float) -> None:
+        """Add a command of unknown pedals."""
+        self._answer(0, math.nan, math.nan, math.nan)
+
+    def _answer(self, stamp_ns: int, throttle: float, brake: float, steer: float) -> None:
         self._last_command_ns = stamp_ns
         if self._keep_trace:
             self._commands.add_command(stamp_ns, throttle, brake, steer)

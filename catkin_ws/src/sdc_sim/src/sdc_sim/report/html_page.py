@@ -60,6 +60,7 @@ def html_of(result: DriveEvaluation) -> str:
     return environment.get_template("report.html.jinja").render(
         status=metrics["status"].replace("_", " "),
         metrics=metrics,
+        refused_commands=result.refused_commands,
         headline=headline(metrics),
         events=_notable_events(result),
         event_names=EVENT_NAMES,

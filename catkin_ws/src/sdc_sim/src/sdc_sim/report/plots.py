@@ -179,7 +179,9 @@ def _around_zero(name: str, least_range: float, scale: float = 1.0) -> Callable:
         values = scale * columns[name]
         axes.axhline(0.0, color="0.6", linewidth=1, zorder=0)
         axes.plot(*thinned(columns["s_m"], values), color=DRIVEN)
-        limit = max(1.1 * float(np.nanmax(np.abs(values))), least_range)
+        # A command that was refused is NaN or infinite.
+        largest = float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
+        limit = max(1.1 * largest, least_range)
         axes.set_ylim(-limit, limit)
 
     return draw

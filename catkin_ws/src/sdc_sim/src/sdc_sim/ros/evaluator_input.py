@@ -114,7 +114,7 @@ class EvaluatorInput:
     def target(self, message: AckermannDrive) -> None:
         """Add a command of unknown pedals, unless a node turns the targets into commands."""
         if not self._has_commands:
-            self.evaluator.add("command", 0, *[math.nan] * 3)
+            self.evaluator.add("target")
 
     def local_path(self, path: Any) -> None:
         """Add the planned speed: that of the first point, which is the first not behind the car."""
