@@ -9,10 +9,12 @@ import time
 from collections import Counter
 from pathlib import Path
 
+import distributed
 import psutil
 import pytest
 
 from sdc_common.processes import matching
+from sdc_experiments.sweep.dask_engine import DaskEngine
 from sdc_testing.program import Program
 
 pytestmark = pytest.mark.slow(15)
@@ -226,3 +228,25 @@ def test_real_nodes_drive_as_the_process_does(study, start, tmp_path):
     assert {name: process[name] for name in nodes if name not in clock} == {
         name: value for name, value in nodes.items() if name not in clock
     }
+
+
+def test_client_without_the_certificate_of_the_cluster_cannot_connect():
+    """Who connects runs code as the user of the cluster; each local user reaches the loopback."""
+    with DaskEngine("") as engine:
+        assert [outcome.result for outcome in engine.outcomes(abs, [("a", (-3,))])] == [3]
+        assert all(address.startswith("tls://127.0.0.1:") for address in engine.workers)
+        own = psutil.Process()
+        listening = [
+            socket.laddr
+            for process in (own, *own.children(recursive=True))
+            for socket in process.connections("inet")
+            if socket.status == psutil.CONN_LISTEN
+        ]
+        assert {address.ip for address in listening} == {"127.0.0.1"}
+        other = distributed.Security.temporary()
+        for port in {address.port for address in listening}:
+            for protocol, security in (("tcp", None), ("tls", other)):
+                with pytest.raises(OSError):
+                    distributed.Client(
+                        f"{protocol}://127.0.0.1:{port}", security=security, timeout=0.5
+                    )
