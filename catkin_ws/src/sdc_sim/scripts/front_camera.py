@@ -13,8 +13,7 @@ from sdc_sim.ros.picture_feed import connect
 def main():
     # Each observation carries its stamp.
     rospy.init_node("front_camera", disable_rostime=True)
-    connection = connect(parameter("picture_feed"))
-    settings = connection.recv()
+    connection, settings = connect(parameter("picture_feed"))
     settings = settings._replace(daylight=rospy.get_param("~daylight", settings.daylight))
     if not settings.every_frame:
         # In real time a picture may be dropped, but the control loop is not to be late.

@@ -3,9 +3,11 @@
 import io
 import threading
 from multiprocessing import Pipe
+from multiprocessing.connection import Client
 
 import numpy as np
 import pytest
+import rospy
 from cv_bridge import CvBridge
 
 from sdc_common.processes import wait_until
@@ -17,9 +19,9 @@ from sdc_sim.physics.obstacles import ObstacleState
 from sdc_sim.physics.traffic_lights import GREEN, OFF, RED, YELLOW, TrafficLightState
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.road.road import Road
-from sdc_sim.ros import front_camera
+from sdc_sim.ros import front_camera, picture_feed
 from sdc_sim.ros.front_camera import FrontCamera
-from sdc_sim.ros.picture_feed import PictureFeed, PictureSettings, connect
+from sdc_sim.ros.picture_feed import PictureFeed, PictureSettings, connect, packed, unpacked
 from sdc_sim.simulation.snapshot import Snapshot
 
 
@@ -40,17 +42,19 @@ def feed(tmp_path):
 
 def test_lockstep_waits_for_the_camera_and_sends_every_observation(feed):
     sim = feed(every_frame=True)
-    numbers = list(range(20))
-    thread = threading.Thread(target=lambda: [sim.show(number) for number in numbers])
+    car = ObstacleState(101, "car", 60.0, 1.0, 0.2, 4.7, 2.0, 1.45, 3.0)
+    light = TrafficLightState(1001, 45.0, -3.0, 0.1, RED)
+    sent = [seen_at(tick, *[car] * (tick % 3), lights=(light,)) for tick in range(20)]
+    thread = threading.Thread(target=lambda: [sim.show(one) for one in sent])
     thread.start()
-    camera = connect(feed.path)
-    assert camera.recv() == settings()
+    camera, received_settings = connect(feed.path)
+    assert received_settings == settings()
     received = []
-    for _ in numbers:
+    for _ in sent:
         camera.send_bytes(b"")
-        received.append(camera.recv())
+        received.append(unpacked(camera.recv_bytes()))
     thread.join(10.0)
-    assert received == numbers
+    assert received == sent
 
 
 def request(sim, camera):
@@ -61,19 +65,48 @@ def request(sim, camera):
 
 def test_real_time_and_repeated_pictures_drop_what_a_busy_camera_cannot_take(feed):
     sim = feed(every_frame=False)
-    sim.show("before the camera connects")
-    camera = connect(feed.path)
-    assert camera.recv() == settings(every_frame=False)
-    sim.show("before it has started")
+    sim.show(seen_at(1))
+    camera, _ = connect(feed.path)
+    sim.show(seen_at(2))
     request(sim, camera)
-    sim.show("first")
-    sim.show("while the first is painted")
-    assert camera.recv() == "first"
+    sim.show(seen_at(3))
+    sim.show(seen_at(4))  # while the one before is painted
+    assert unpacked(camera.recv_bytes()) == seen_at(3)
     request(sim, camera)
-    sim.show("second", again=True)
-    sim.show("second", again=True)
-    assert camera.recv() == "second"
+    sim.show(seen_at(5), again=True)
+    sim.show(seen_at(5), again=True)
+    assert unpacked(camera.recv_bytes()) == seen_at(5)
     assert not camera.poll(0.1)
+
+
+def test_neither_end_of_the_feed_accepts_a_process_of_another_user(feed, monkeypatch):
+    """The name of the socket is a parameter of the master, which any user can set."""
+    feed(every_frame=True)
+    shut_down = iter([False, True])
+    monkeypatch.setattr(picture_feed.os, "geteuid", lambda: 12345)
+    monkeypatch.setattr(picture_feed.rospy, "is_shutdown", lambda: next(shut_down))
+    with pytest.raises(rospy.ROSInterruptException):
+        connect(feed.path)
+    with Client("\0" + feed.path, "AF_UNIX") as camera, pytest.raises(EOFError):
+        camera.recv_bytes()
+
+
+class Executed:
+    """Calls a function where it is unpickled."""
+
+    calls = []
+
+    def __reduce__(self):
+        return Executed.calls.append, (1,)
+
+
+def test_camera_runs_no_code_of_a_message(photograph):
+    photograph(Executed(), send=lambda link, message: link.send(message))
+    assert Executed.calls == []
+    whole = packed(seen_at(1, ObstacleState(101, "car", 60.0, 1.0, 0.2, 4.7, 2.0, 1.45, 0.0)))
+    for broken in (b"", whole[:-1], whole + b"x", whole[:48] + b"\xff" * (len(whole) - 48)):
+        with pytest.raises(ValueError):
+            unpacked(broken)
 
 
 class Published:
@@ -105,13 +138,13 @@ def photograph(monkeypatch, tmp_path):
     route = tmp_path / "route.csv"
     route.write_text("".join(f"{x},0\n" for x in range(0, 200, 2)))
 
-    def run(*observations, daylight=1.0):
+    def run(*observations, daylight=1.0, send=lambda link, one: link.send_bytes(packed(one))):
         sim, camera = Pipe()
 
         def serve():
             for observation in observations:
                 sim.recv_bytes()
-                sim.send(observation)
+                send(sim, observation)
             sim.close()
 
         threading.Thread(target=serve).start()

@@ -28,7 +28,7 @@ from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.road import Road
 from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS, Names
-from sdc_sim.ros.picture_feed import PictureSettings
+from sdc_sim.ros.picture_feed import MAX_MESSAGE, PictureSettings, unpacked
 from sdc_sim.ros.picture_messages import (
     CameraMount,
     camera_info_message,
@@ -169,12 +169,14 @@ class FrontCamera:
         try:
             self._connection.send_bytes(b"")  # the request of an observation
             while True:
-                observation = self._connection.recv()
+                observation = unpacked(self._connection.recv_bytes(MAX_MESSAGE))
                 with contextlib.suppress(OSError):  # the next one comes while this one is painted
                     self._connection.send_bytes(b"")
                 self._take_pictures(observation)
         except (EOFError, OSError):
             rospy.loginfo("front_camera: the simulator has ended")
+        except ValueError as error:
+            rospy.logerr(f"front_camera: no record of an observation: {error}")
         finally:
             self._rendered.put(None)
 

@@ -1,13 +1,17 @@
 """The edge between the simulator and the node that takes the pictures: a socket of one machine.
 
 The pictures need the true state of every tick, which no topic shows to the vehicle's software.
-The node receives the settings when it connects, and then one observation for each request.
+The node receives the settings when it connects, and then one observation for each request. Both
+ends refuse a process of another user, and decode fixed records alone: no message can run code.
 """
 
 from __future__ import annotations
 
+import json
 import os
 import queue
+import socket
+import struct
 import threading
 import time
 from multiprocessing import AuthenticationError
@@ -16,6 +20,9 @@ from typing import Any, NamedTuple
 
 import rospy
 
+from sdc_sim.physics.obstacles import KINDS, ObstacleState
+from sdc_sim.physics.traffic_lights import TrafficLightState
+from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.simulation.snapshot import Snapshot
 
 # In lockstep so many observations may wait for the node, which evens out its render times.
@@ -27,6 +34,14 @@ KEY_VARIABLE = "SDC_PICTURE_KEY"
 _TIMEOUT_S = 10.0
 _START_TIMEOUT_S = 120.0
 _POLL_S = 0.1
+_REFUSED_S = 1.0  # wall time after which a socket of another user is tried again
+# Stamp [ns], x [m], y [m] and yaw [rad] of the vehicle; number of obstacles and of traffic lights.
+_HEAD = struct.Struct("<q3d2I")
+# ID, index of the kind in KINDS, and the numbers of ObstacleState.
+_OBSTACLE = struct.Struct("<qI7d")
+_LIGHT = struct.Struct("<q3dq")
+_CREDENTIALS = struct.Struct("iII")  # process, user and group of the other end
+MAX_MESSAGE = 1 << 20  # bytes
 
 
 class PictureSettings(NamedTuple):
@@ -41,6 +56,38 @@ class PictureSettings(NamedTuple):
     # Whether each observation is published (lockstep); else one that arrives while a picture is
     # painted is dropped.
     every_frame: bool
+
+
+def packed(observation: Snapshot) -> bytes:
+    """Return the record of what a picture shows of an observation."""
+    state, kinds = observation.state, list(KINDS)
+    obstacles, lights = observation.obstacles, observation.traffic_lights
+    counts = len(obstacles), len(lights)
+    record = _HEAD.pack(observation.stamp_ns, state.x_m, state.y_m, state.yaw_rad, *counts)
+    rows = (_OBSTACLE.pack(one.id, kinds.index(one.kind), *one[2:]) for one in obstacles)
+    return b"".join((record, *rows, *(_LIGHT.pack(*light) for light in lights)))
+
+
+def unpacked(record: bytes) -> Snapshot:
+    """Return the observation of a record.
+
+    Raises:
+        ValueError: it is no such record
+    """
+    try:
+        stamp_ns, *pose, obstacles, lights = _HEAD.unpack_from(record)
+        end = _HEAD.size + obstacles * _OBSTACLE.size
+        if len(record) != end + lights * _LIGHT.size:
+            raise ValueError(f"{len(record)} bytes for {obstacles} obstacles, {lights} lights")
+        kinds, state = list(KINDS), VehicleState(*pose)
+        bodies = [
+            ObstacleState(number, kinds[kind], *numbers)
+            for number, kind, *numbers in _OBSTACLE.iter_unpack(record[_HEAD.size : end])
+        ]
+        shown = tuple(map(TrafficLightState._make, _LIGHT.iter_unpack(record[end:])))
+    except (struct.error, IndexError) as error:
+        raise ValueError(str(error)) from None
+    return Snapshot(stamp_ns, state, state, tuple(bodies), shown)
 
 
 class PictureFeed:
@@ -99,32 +146,50 @@ class PictureFeed:
         while True:
             try:
                 with self._listener.accept() as node:
-                    node.send(self._settings)
+                    if not _is_own(node):
+                        continue
+                    node.send_bytes(json.dumps(self._settings._asdict()).encode())
                     while True:
-                        node.recv_bytes()
+                        node.recv_bytes(MAX_MESSAGE)
                         self._started = True
                         self._requested.set()
                         observation = self._observations.get()
                         self._requested.clear()
-                        node.send(observation)
+                        node.send_bytes(packed(observation))
             except (AuthenticationError, EOFError, OSError):
                 self._started = False
                 self._requested.clear()
                 rospy.logwarn("sim: front_camera has ended; waiting until it is started again")
 
 
-def connect(name: str) -> Connection:
+def connect(name: str) -> tuple[Connection, PictureSettings]:
     """Return the connection of the node to the simulator; wait until the simulator listens.
+
+    The name is a parameter, which any user of the machine can set: the simulator must be this
+    user's.
 
     Raises:
         ROSInterruptException: the node shuts down
     """
     while not rospy.is_shutdown():
         try:
-            return Client(_address(name), "AF_UNIX", authkey=_key())
+            connection = Client(_address(name), "AF_UNIX", authkey=_key())
         except OSError:
             time.sleep(_POLL_S)
+            continue
+        if _is_own(connection):
+            return connection, PictureSettings(**json.loads(connection.recv_bytes(MAX_MESSAGE)))
+        connection.close()
+        rospy.logerr(f"front_camera: the socket {name} belongs to another user; not connected")
+        time.sleep(_REFUSED_S)
     raise rospy.ROSInterruptException("no simulator")
+
+
+def _is_own(connection: Connection) -> bool:
+    """Return whether the process at the other end is one of this user."""
+    with socket.socket(fileno=os.dup(connection.fileno())) as link:
+        found = link.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
+    return _CREDENTIALS.unpack(found)[1] == os.geteuid()
 
 
 def _key() -> bytes | None:
