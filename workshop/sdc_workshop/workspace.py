@@ -8,11 +8,10 @@ import shutil
 import tempfile
 from pathlib import Path
 
-import yaml
-
 from sdc_workshop.regions import RegionError, regions, replaced, template
 from sdc_workshop.regions import body as region_body
 from sdc_workshop.steps import LABS, WORKSHOP, Step, load_steps
+from sdc_workshop.student_file import FileError, read, read_anyway, values
 
 PROJECT = Path(__file__).resolve().parents[2]
 SOLUTION = PROJECT / "catkin_ws" / "src"
@@ -150,8 +149,7 @@ def update(folder: Path) -> tuple:
     changed = sorted(
         name
         for name, text in wanted.items()
-        if not old[name].is_file()
-        or text != old[name].read_text(encoding="utf-8", errors="replace")
+        if not old[name].is_file() or text != read_anyway(old[name])
     )
     copy = Path(tempfile.mkdtemp(prefix="before_update_", dir=folder)) if changed else folder
     for name in changed:
@@ -174,18 +172,18 @@ def version() -> str:
 def is_older(folder: Path) -> bool:
     """Return whether a workspace was made by, or updated to, another version of the workshop."""
     marker = folder / MARKER
-    return marker.is_file() and version() not in marker.read_text(encoding="utf-8").split("\n")
+    return marker.is_file() and version() not in read_anyway(marker).split("\n")
 
 
 def _updated(folder: Path, name: str) -> str:
     """Return this version of a file, with the student's regions and configuration."""
     new = solution(name).read_text(encoding="utf-8")
     path = folder / "src" / name
-    own = path.read_text(encoding="utf-8") if path.is_file() else None
     empty = template_of(name)
-    if empty is None:
-        return str(own) if own is not None and _has_all_keys(name, own, new) else new
     try:
+        own = read(folder / "src", name) if path.is_file() else None
+        if empty is None:
+            return str(own) if own is not None and _has_all_keys(name, own, new) else new
         written = regions(own or "")
     except RegionError as error:
         raise WorkspaceError(f"src/{name}: {error}") from None
@@ -198,10 +196,7 @@ def _has_all_keys(name: str, own: str, new: str) -> bool:
     """Return whether this is a configuration, which students tune, with all keys of the new one."""
     if Path(name).parent.name != "config" or not name.endswith(".yaml"):
         return False
-    try:
-        return set(yaml.safe_load(own) or {}) >= set(yaml.safe_load(new) or {})
-    except (yaml.YAMLError, TypeError):
-        return False
+    return set(values(own)) >= set(values(new))
 
 
 def link(folder: Path, lab: str = WORKSHOP) -> None:
@@ -216,7 +211,7 @@ def _mark(folder: Path, lab: str) -> None:
 
 def lab_of(folder: Path) -> str:
     """Return the lab that a workspace was last made for, or WORKSHOP."""
-    lab = (folder / MARKER).read_text(encoding="utf-8").split("\n")[1:2]
+    lab = read_anyway(folder / MARKER).split("\n")[1:2]
     return lab[0] if lab and lab[0] in LABS else WORKSHOP
 
 
@@ -254,7 +249,10 @@ def write(folder: Path, step: Step, new_body: str) -> None:
     """
     path = folder / "src" / str(step.file)
     if step.todo:
-        new_body = replaced(path.read_text(encoding="utf-8"), step.todo, new_body)
+        try:
+            new_body = replaced(read(folder / "src", str(step.file)), step.todo, new_body)
+        except FileError as error:
+            raise WorkspaceError(f"src/{step.file}: {error}") from None
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(new_body, encoding="utf-8")
 
@@ -268,13 +266,13 @@ def note_solution(folder: Path, step: Step) -> None:
 def solved_steps(folder: Path, lab: str = WORKSHOP) -> list:
     """Return the ids of the noted steps that are still as in the solution."""
     path = folder / "src" / package_of(lab) / _SOLVED
-    noted = path.read_text(encoding="utf-8", errors="replace").split() if path.is_file() else []
+    noted = read_anyway(path).split() if path.is_file() else []
     return [step.id for step in load_steps(lab) if step.id in noted and _is_solved(folder, step)]
 
 
 def _is_solved(folder: Path, step: Step) -> bool:
     try:
-        text = (folder / "src" / str(step.file)).read_text(encoding="utf-8", errors="replace")
+        text = read(folder / "src", str(step.file))
         own = region_body(text, step.todo) if step.todo else text
     except (OSError, KeyError, RegionError):
         return False

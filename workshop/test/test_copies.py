@@ -1,5 +1,7 @@
 """Copies are found under other names and layout; templates and the guide do not count."""
 
+import tracemalloc
+
 import pytest
 
 from sdc_workshop.grading.copies import copies, written_tokens
@@ -38,3 +40,16 @@ def test_renamed_copy_is_first_and_templates_have_no_tokens(tmp_path):
         (0, True),
         (0, True),
     ]
+
+
+def test_other_files_do_not_push_out_what_a_student_has_written(tmp_path):
+    make(tmp_path / "ws")
+    write(tmp_path / "ws", find_step("controller-2.5"), OWN)
+    found = written_tokens(tmp_path / "ws" / "src")
+    for number in range(100):
+        (tmp_path / "ws/src/sdc_package" / f"a{number}.py").write_text("+ - " * 120_000)
+    tracemalloc.start()
+    flooded = written_tokens(tmp_path / "ws" / "src")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert flooded[: len(found)] == found and peak < 20_000_000

@@ -154,11 +154,11 @@ class Examination:
     def _is_written(self, step: Step) -> bool:
         if step.file is None:
             return True
-        text = self.student.text(step.file)
         check = check_of(step)
-        if text is None or check is None:
-            return bool(text)
         try:
+            text = self.student.text(step.file)
+            if text is None or check is None:
+                return bool(text)
             return check.written(text, str(step.todo))
         except (RegionError, KeyError):
             return True

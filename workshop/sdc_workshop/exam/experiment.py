@@ -11,6 +11,7 @@ import yaml
 
 from sdc_workshop.exam.answer import PASSED, Answer, answered
 from sdc_workshop.steps import FOLDER
+from sdc_workshop.student_file import read_anyway, values
 
 PREDICTIONS = "predictions.yaml"
 _BASE = "report/my_route.json"
@@ -24,9 +25,8 @@ def table() -> dict:
 
 def _read(path: Path) -> dict:
     """Return the content of a file of YAML or JSON; {} where it is none."""
-    with contextlib.suppress(OSError, ValueError, yaml.YAMLError):
-        found = yaml.safe_load(path.read_text(encoding="utf-8"))
-        return found if isinstance(found, dict) else {}
+    with contextlib.suppress(OSError):
+        return values(read_anyway(path))
     return {}
 
 

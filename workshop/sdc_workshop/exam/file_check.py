@@ -19,11 +19,12 @@ import yaml
 from sdc_workshop.exam.answer import PASSED, Answer, Problem, answered, listed, wrong
 from sdc_workshop.exam.output import last_line
 from sdc_workshop.exam.probes.library_probe import evaluate
-from sdc_workshop.exam.region_check import RegionCheck, encoding_problem
+from sdc_workshop.exam.region_check import RegionCheck, unreadable
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
 from sdc_workshop.exam.variant import Variant
 from sdc_workshop.regions import body, regions
+from sdc_workshop.student_file import FileError
 from sdc_workshop.workspace import PACKAGE, SOLUTION
 
 if TYPE_CHECKING:
@@ -299,14 +300,17 @@ def message_answer(name: str, hint: str, student: Student) -> Answer:
         student: the workspace
     """
     file = f"{PACKAGE}/msg/{name}.msg"
-    text = student.text(file)
+    try:
+        text = student.text(file)
+    except FileError as error:
+        return unreadable(error, f"src/{file}")
     if text is None:
         return _missing_message(name, hint, student)
     wanted = _fields(_parsed((SOLUTION / file).read_text(encoding="utf-8"), name))
     lines = [line.split("#")[0].strip() for line in text.splitlines()]
     if not any(lines):
         return answered("empty_message", f"src/{file}", count=len(wanted), hint=hint)
-    problem = encoding_problem(text, file) or _syntax_problem(text, name)
+    problem = _syntax_problem(text, name)
     if problem is None:
         rows = [number for number, line in enumerate(lines, 1) if line and "=" not in line]
         problem = _field_problem(_fields(_parsed(text, name)), wanted, rows)

@@ -7,10 +7,11 @@ from typing import Sequence
 
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, Answer, Problem, answered, listed, wrong
 from sdc_workshop.exam.output import last_line
-from sdc_workshop.exam.region_check import BUILD, encoding_problem
+from sdc_workshop.exam.region_check import BUILD, unreadable
 from sdc_workshop.exam.stage import NEVER_RETURNED, Stage
 from sdc_workshop.exam.student import NotBuilt, Student
 from sdc_workshop.steps import hint_of
+from sdc_workshop.student_file import FileError
 from sdc_workshop.workspace import PACKAGE, WORLD_SETUP
 
 _HELLO_TIMEOUT_S = 60.0
@@ -21,7 +22,7 @@ BUILT = "a workspace that is built on the world's"
 def workspace_answer(student: Student, stage: Stage) -> Answer:
     """Check that the workspace is complete and built."""
     for name in (f"{PACKAGE}/package.xml", f"{PACKAGE}/CMakeLists.txt"):
-        if student.text(name) is None:
+        if not (student.src / name).is_file():
             return answered("given_file", f"src/{name}", name=name)
     if not (student.devel / "setup.bash").is_file():
         return Answer(UNFINISHED, BUILT, "there is no devel/setup.bash yet", BUILD)
@@ -38,14 +39,15 @@ def workspace_answer(student: Student, stage: Stage) -> Answer:
 
 def hello_answer(student: Student, stage: Stage) -> Answer:
     """Check that hello.sh runs and prints a greeting."""
-    text = student.text(HELLO)
     file = f"src/{HELLO}"
+    try:
+        text = student.text(HELLO)
+    except FileError as error:
+        return unreadable(error, file)
     if not (text or "").strip():
         seen = "it does not exist yet" if text is None else "it is empty"
         return Answer(UNFINISHED, f"the file {file}", seen, hint_of("hello").hint, file)
-    problem = encoding_problem(text or "", HELLO) or interpreter_problem(
-        text or "", ("bash", "sh"), "#!/usr/bin/env bash"
-    )
+    problem = interpreter_problem(text or "", ("bash", "sh"), "#!/usr/bin/env bash")
     if problem is not None:
         return wrong(problem, file, 1)
     problem = permission_problem(student, HELLO)
@@ -94,6 +96,4 @@ def interpreter_problem(text: str, names: Sequence[str], example: str) -> Proble
 def permission_problem(student: Student, name: str) -> Problem | None:
     """Return why Linux cannot run a file, or None."""
     path = student.src / name
-    if path.read_bytes().partition(b"\n")[0].endswith(b"\r"):
-        return listed("windows_lines", name=name)
     return None if path.stat().st_mode & stat.S_IXUSR else listed("executable", name=name)

@@ -22,6 +22,7 @@ from sdc_workshop.exam.student import NotBuilt, Student
 from sdc_workshop.exam.variant import Variant, make
 from sdc_workshop.regions import RegionError, body, is_written, regions, template
 from sdc_workshop.steps import all_steps, hint_of
+from sdc_workshop.student_file import FileError
 from sdc_workshop.workspace import PACKAGE, PROJECT, UPDATE, solution
 
 BUILD = (
@@ -30,11 +31,10 @@ BUILD = (
 )
 
 
-def encoding_problem(text: str, name: str) -> Problem | None:
-    """Return the problem of a file that begins with a byte order mark, or None."""
-    if not text.startswith("\ufeff"):
-        return None
-    return listed("byte_order_mark", name=name, line=1)
+def unreadable(error: FileError, file: str) -> Answer:
+    """Return the answer to a step whose file Python or ROS cannot read."""
+    problem = Problem("a text file in UTF-8 that is complete", error.seen, error.fix)
+    return wrong(problem, file, error.line)
 
 
 class RegionCheck:
@@ -67,8 +67,9 @@ class RegionCheck:
         if not self.file.endswith(".py"):
             return None
         try:
-            compile(variant.text, self.file, "exec", dont_inherit=True)
-        except (SyntaxError, ValueError) as error:
+            # As bytes: a comment can name the encoding.
+            compile(variant.text.encode(), self.file, "exec", dont_inherit=True)
+        except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
             line = getattr(error, "lineno", None)
             found = Crash(f"{type(error).__name__}: {getattr(error, 'msg', error)}", line)
             lines = variant.text.split("\n")
@@ -104,14 +105,13 @@ class RegionCheck:
     def answers(self, steps: list, student: Student, stage: Stage) -> dict:
         """Return the answers to some steps of this file, by step id."""
         path = f"src/{self.file}"
-        text = student.text(self.file)
-        if text is None:
-            return self._all(steps, answered("missing_file", path, name=path, update=UPDATE))
-        encoding = encoding_problem(text, self.file)
-        if encoding is not None:
-            return self._all(steps, wrong(encoding, path, 1))
         try:
+            text = student.text(self.file)
+            if text is None:
+                return self._all(steps, answered("missing_file", path, name=path, update=UPDATE))
             regions(text)
+        except FileError as error:
+            return self._all(steps, unreadable(error, path))
         except RegionError as error:
             line = str(error).split()[1].rstrip(":") if str(error).startswith("line ") else None
             place = path, int(line) if line else None

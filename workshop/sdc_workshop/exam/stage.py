@@ -24,6 +24,7 @@ from sdc_workshop.exam.variant import Variant
 from sdc_workshop.exam.variant import make as make_variant
 from sdc_workshop.regions import RegionError
 from sdc_workshop.steps import all_steps
+from sdc_workshop.student_file import FileError, values
 from sdc_workshop.workspace import PACKAGE, SOLUTION, WORLD, solution
 
 if TYPE_CHECKING:
@@ -209,8 +210,8 @@ class Stage:
 
     def _solved(self, name: str) -> str:
         """Return the student's file with all regions solved; the solution where that fails."""
-        text = self.student.text(name)
         with contextlib.suppress(RegionError):
+            text = self.student.text(name)
             if text:
                 return make_variant(name, text, ()).text
         return solution(name).read_text(encoding="utf-8")
@@ -235,10 +236,8 @@ class Stage:
         """Return the parameters of the student's config/NAME.yaml, completed by the solution's."""
         path = SOLUTION / PACKAGE / "config" / f"{name}.yaml"
         found = yaml.safe_load(path.read_text(encoding="utf-8") if path.is_file() else "") or {}
-        with contextlib.suppress(yaml.YAMLError):
-            own = yaml.safe_load(self.student.text(f"{PACKAGE}/config/{name}.yaml") or "")
-            if isinstance(own, dict):
-                found.update(own)
+        with contextlib.suppress(FileError):
+            found.update(values(self.student.text(f"{PACKAGE}/config/{name}.yaml") or ""))
         return found
 
     def state(self) -> tuple:

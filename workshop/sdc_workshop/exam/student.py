@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Callable
 
 from sdc_workshop.exam.process import Program
+from sdc_workshop.student_file import read
 from sdc_workshop.workspace import PACKAGE, PROJECT, WORLD, WORLD_SETUP
 
 _TIMEOUT_S = 60
@@ -39,12 +40,10 @@ class Student:
     def text(self, name: str) -> str | None:
         """Return the text of a file below src, or None without such a file.
 
-        Bytes that are not UTF-8 are replaced: Python and CMake then report them.
+        Raises:
+            FileError: Python or ROS cannot read it
         """
-        try:
-            return (self.src / name).read_text(encoding="utf-8", errors="replace")
-        except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
-            return None
+        return read(self.src, name) if (self.src / name).is_file() else None
 
     @property
     def devel(self) -> Path:

@@ -30,7 +30,7 @@ def mistakes(text: str, region: Region, solution: str) -> list:
 def _not_called(text: str) -> list:
     """Return a sentence for each statement that is a name: it does nothing."""
     found = []
-    with contextlib.suppress(SyntaxError):
+    with contextlib.suppress(SyntaxError, ValueError, MemoryError, RecursionError):
         for node in ast.walk(ast.parse(textwrap.dedent(text))):
             if isinstance(node, ast.Expr) and isinstance(node.value, (ast.Name, ast.Attribute)):
                 name = ast.unparse(node.value) if hasattr(ast, "unparse") else text.strip()

@@ -10,17 +10,17 @@ import itertools
 import keyword
 import re
 from pathlib import Path
-from typing import NamedTuple
+from typing import Iterator, NamedTuple
 
 import numpy as np
 
 from sdc_workshop.steps import WORKSHOP
-from sdc_workshop.workspace import files_to_make, package_of, solution, template_of
+from sdc_workshop.student_file import read_anyway
+from sdc_workshop.workspace import files_to_make, package_files, package_of, solution, template_of
 
 # As many tokens in a row must be equal.
 _RUN = 6
 _MAX_TOKENS = 20_000
-_MAX_BYTES = 500_000
 _ENDINGS = (".py", ".launch", ".xml", ".txt", ".sh", ".msg")
 _TOKEN = re.compile(r"""[^\W\d]\w*|\d[\w.]*|"[^"\n]*"|'[^'\n]*'|\S""")
 _COMMENT = re.compile(r"(?m)#.*$|<!--|-->")
@@ -42,20 +42,25 @@ def written_tokens(src: Path, lab: str = WORKSHOP) -> list:
         src: the src folder of a workspace
         lab: the lab, or WORKSHOP
     """
-    found: list = []
-    for path in sorted((src / package_of(lab)).rglob("*")):
-        if path.suffix in _ENDINGS and path.is_file() and path.stat().st_size < _MAX_BYTES:
-            name = str(path.relative_to(src))
-            given = ""
-            if name not in files_to_make(lab) and solution(name).is_file():
-                given = template_of(name) or solution(name).read_text(encoding="utf-8")
-            known = {line.strip() for line in given.split("\n")}
-            text = path.read_text(encoding="utf-8", errors="replace")
-            lines = (line for line in text.split("\n") if line.strip() not in known)
-            for word in _TOKEN.findall(_COMMENT.sub("", "\n".join(lines))):
-                is_name = word.isidentifier() and not keyword.iskeyword(word)
-                found.append("name" if is_name else word)
-    return found[:_MAX_TOKENS]
+    known = set(package_files(lab))
+    names = [str(path.relative_to(src)) for path in (src / package_of(lab)).rglob("*")]
+    # First the files that every student has: others must not push them out.
+    names.sort(key=lambda name: (name not in known, name))
+    words = (word for name in names for word in _words(src, name, lab))
+    return list(itertools.islice(words, _MAX_TOKENS))
+
+
+def _words(src: Path, name: str, lab: str) -> Iterator[str]:
+    path, given = src / name, ""
+    if path.suffix not in _ENDINGS or not path.is_file():
+        return
+    if name not in files_to_make(lab) and solution(name).is_file():
+        given = template_of(name) or solution(name).read_text(encoding="utf-8")
+    known = {line.strip() for line in given.split("\n")}
+    lines = (line for line in read_anyway(path).split("\n") if line.strip() not in known)
+    for match in _TOKEN.finditer(_COMMENT.sub("", "\n".join(lines))):
+        is_name = match[0].isidentifier() and not keyword.iskeyword(match[0])
+        yield "name" if is_name else match[0]
 
 
 def copies(tokens: dict, lab: str = WORKSHOP) -> list:
