@@ -7,19 +7,22 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import psutil
 import pytest
 import yaml
 from distributed import LocalCluster
 
 from sdc_experiments.championship import __main__ as championship
+from sdc_experiments.championship import driver_process
 from sdc_experiments.championship.attempt import STORED, new
-from sdc_experiments.championship.command import BASELINES, baseline, drive_seeds
+from sdc_experiments.championship.command import BASELINES, baseline, drive_seeds, graded, source_of
 from sdc_experiments.championship.drive import Lateness, drive, drive_seed
 from sdc_experiments.championship.driver_process import DriverServer
 from sdc_experiments.championship.league import LEAGUES, draw
 from sdc_experiments.championship.mission import car_of
 from sdc_experiments.championship.score import points
 from sdc_experiments.sandbox import SandboxError
+from sdc_experiments.sweep.dask_engine import Outcome
 
 pytestmark = pytest.mark.slow(40)
 TICK_NS, MS = 50_000_000, 1_000_000
@@ -156,6 +159,44 @@ def test_attack_gains_nothing_and_is_named(name, honest, hostile):
     found = drive_seed(Hostile(hostile, name), "control", "1")
     assert row["named"] in " ".join([found["problem"], *found["refused"]])
     assert found["score"] == (0.0 if found["problem"] else honest["score"])
+
+
+def test_import_that_exits_and_dead_code_do_not_end_the_server(honest):
+    dead = "\n    def never(self):\n        import unittest.__main__\n"
+    with DriverServer(HONEST.format("") + dead) as server:
+        assert drive_seed(server, "control", "1")["score"] == honest["score"]
+    with DriverServer("-" * 50_000 + "1") as server:
+        row = drive_seed(server, "control", "1")
+    assert (row["score"], row["problem"][:16]) == (0.0, "it did not start")
+
+
+def test_server_that_stops_is_given_up_after_its_time(honest, monkeypatch):
+    monkeypatch.setattr(driver_process, "_MAX_WALL_S", 2.0)
+    with DriverServer(HONEST.format("")) as server:
+        for process in psutil.Process().children(recursive=True):
+            process.suspend()
+        rows = [drive_seed(server, "control", seed) for seed in "12"]
+    assert {row["problem"] for row in rows} == {
+        "it did not start: what it imports ends or stops its process"
+    }
+
+
+def test_driver_whose_task_fails_has_no_result_and_the_others_have(honest, capsys):
+    class Engine:
+        def outcomes(self, function, tasks):
+            for key, _ in tasks:
+                yield Outcome(key, [honest], "") if "ada" in key else Outcome(key, None, "killed")
+
+    results = [*graded(Engine(), {"eve": "", "ada": ""}, "control", ["1"])]
+    assert [(one["name"], one["score"]) for one in results] == [("ada", honest["score"])]
+    assert "eve: not judged: killed" in capsys.readouterr().err
+
+
+def test_long_expression_is_refused_in_one_line(tmp_path):
+    path = tmp_path / "driver.py"
+    path.write_text("-" * 50_000 + "1")
+    with pytest.raises(ValueError, match=r"driver\.py, line 1: ."):
+        source_of(path)
 
 
 def test_no_drive_finds_what_another_one_left(honest):

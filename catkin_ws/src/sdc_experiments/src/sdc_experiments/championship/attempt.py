@@ -94,7 +94,9 @@ def run(options: SimpleNamespace) -> int:
         else:
             with DaskEngine(options.scheduler, cores()) as engine:
                 entries = {path.stem: source}
-                result = [*graded(engine, entries, league, seeds, options.sandbox, late)][0]
+                result, *_ = *graded(engine, entries, league, seeds, options.sandbox, late), {}
+            if not result:
+                return 1
             server = opened.enter_context(DriverServer(source, options.sandbox, streets_of(league)))
             drivers = dict.fromkeys(seeds, server)
         worst = worst_of(result)

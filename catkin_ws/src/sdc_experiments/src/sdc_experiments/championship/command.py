@@ -43,14 +43,15 @@ def source_of(path: Path) -> str:
     Raises:
         ValueError: it is no file in Python, or too long
     """
-    source = path.read_text(encoding="utf-8")
-    if len(source.encode()) > MAX_SOURCE:
+    if path.stat().st_size > MAX_SOURCE:
         raise ValueError(f"{path}: has more than {MAX_SOURCE} bytes; compute the numbers in it")
+    source = path.read_text(encoding="utf-8")
     try:
         compile(source, str(path), "exec")
-    except (SyntaxError, ValueError) as error:
+    except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
         place = getattr(error, "lineno", None) or 1
-        raise ValueError(f"{path}, line {place}: {getattr(error, 'msg', error)}") from None
+        text = getattr(error, "msg", str(error)) or "the expression is too long"
+        raise ValueError(f"{path}, line {place}: {text}") from None
     return source
 
 
@@ -86,6 +87,8 @@ def graded(
 ) -> Iterator[dict[str, Any]]:
     """Drive what seeds draw, and yield the result of each driver as soon as it is complete.
 
+    A driver with a task that failed is reported, and has no result.
+
     Args:
         engine: runs the drives
         entries: file of each driver by its name
@@ -93,9 +96,6 @@ def graded(
         seeds: the seeds
         sandboxed: see DriverServer
         late: records of late steps to repeat, by seed
-
-    Raises:
-        ValueError: a task failed
     """
     tasks: Iterator[tuple[str, tuple]] = (
         (f"{seeds[at]} {name}", (source, league, part, sandboxed, dict(late or {})))
@@ -107,8 +107,11 @@ def graded(
     progress = SweepProgress(sys.stdout, len(entries) * len(seeds), 0, "championship")
     for outcome in engine.outcomes(drive_seeds, tasks):
         name = outcome.key.partition(" ")[2]
-        if outcome.error:
-            raise ValueError(f"{name}: {outcome.error}")
+        if outcome.error and rows.pop(name, None) is not None:
+            text = f"not judged: {outcome.error}; the same command tries again"
+            print(f"championship: {name}: {text}", file=sys.stderr)
+        if name not in rows:
+            continue
         for row in outcome.result:
             progress.add(bool(row["problem"]))
             rows[name][row["seed"]] = row

@@ -20,7 +20,7 @@ from typing import Any, Sequence
 import rospkg
 
 from sdc_common.driving import Command, Observation, Path
-from sdc_experiments.championship.host import ANSWER, MAX_MESSAGE, READY, REFUSED
+from sdc_experiments.championship.host import ANSWER, HELLO, MAX_MESSAGE, READY, REFUSED
 from sdc_experiments.championship.mission import DriverMission
 from sdc_experiments.sandbox import USER_IDS, SandboxError, as_user, bound, identity, system
 
@@ -28,6 +28,8 @@ MAX_SOURCE = 200_000  # bytes
 # A drive ends when its driver sleeps for longer, or computes one answer for longer [s].
 _MAX_SLEEP_S, _MAX_STEP_S = 2.0, 5.0
 _START_S = 60.0  # processor time to load the file and to make the first calls
+# Wall time to wait for a process that neither computes nor ends, also on a busy machine [s].
+_MAX_WALL_S = 300.0
 _POLL_S = 0.01
 _KEPT = ("LANG", "PATH", "ROS_PACKAGE_PATH", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 _PACKAGES = ("sdc_common", "sdc_map", "sdc_sim", "sdc_package", "sdc_experiments", "sdc_mpc")
@@ -70,11 +72,12 @@ class DriverServer:
                 stderr=subprocess.PIPE,
             )
         try:
+            self._control.settimeout(_MAX_WALL_S)
             self._control.send(f"{streets}\n{source}".encode())
             if self._control.recv(16) == READY:
                 return
         except OSError:
-            pass
+            self._process.kill()
         seen = (self._process.communicate()[1].decode().strip().splitlines() or ["it ended"])[-1]
         raise SandboxError(f"no sandbox for drivers: {seen}; sandbox:=false drives without one")
 
@@ -116,9 +119,16 @@ class DriverProcess:
         self._link, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._link.setsockopt(socket.SOL_SOCKET, socket.SO_PASSCRED, 1)
         self._log: Any = tempfile.TemporaryFile()  # noqa: SIM115  it is closed with the drive
-        with theirs:
+        message, ancillary = b"", []
+        with theirs, contextlib.suppress(OSError):
             socket.send_fds(control, [b"drive"], [theirs.fileno(), self._log.fileno()])
-        _, ancillary, _, _ = self._link.recvmsg(16, socket.CMSG_SPACE(12))
+            theirs.close()
+            self._link.settimeout(_MAX_WALL_S)
+            message, ancillary, _, _ = self._link.recvmsg(16, socket.CMSG_SPACE(12))
+        if message != HELLO:
+            control.close()  # no other drive waits for it
+            raise DriverError("what it imports ends or stops its process")
+        self._link.settimeout(None)
         # The number of the process outside of its sandbox.
         number = int.from_bytes(ancillary[0][2][:4], "little")
         self._clock, self._pidfd = (~number << 3) | 2, os.pidfd_open(number)
@@ -162,7 +172,10 @@ class DriverProcess:
                 signal.pidfd_send_signal(self._pidfd, signal.SIGKILL)
             os.close(self._pidfd)
             self._pidfd = -1
-            self._status = int.from_bytes(self._control.recv(4), "little", signed=True)
+            try:
+                self._status = int.from_bytes(self._control.recv(4), "little", signed=True)
+            except OSError:
+                self._control.close()
         self._link.close()
         lines = [one for one in self.output().splitlines() if one.startswith(REFUSED)]
         return sorted(set(lines))[:9]
@@ -182,12 +195,15 @@ class DriverProcess:
         Args:
             longest_s: limit of the processor time [s]
         """
+        until_s = time.monotonic() + _MAX_WALL_S
         while not select.select([self._link], [], [], _POLL_S)[0]:
             if 1e-9 * (self._clock_ns() - self._used_ns) > longest_s:
                 raise self._error(f"it computed for more than {longest_s:g} s")
             self._slept_s += _POLL_S if self._sleeps() else 0.0
             if self._slept_s > _MAX_SLEEP_S:
                 raise self._error(f"it slept for more than {_MAX_SLEEP_S:g} s")
+            if time.monotonic() > until_s:
+                raise self._error(f"it did not answer within {_MAX_WALL_S:g} s")
         message = b""
         with contextlib.suppress(ConnectionError):
             message = self._link.recv(MAX_MESSAGE)
@@ -203,10 +219,13 @@ class DriverProcess:
             return self._used_ns
 
     def _sleeps(self) -> bool:
-        """Return whether it neither computes nor waits for a core, and has not answered."""
+        """Return whether it neither computes nor waits for a core, and has not answered.
+
+        A process can also stop itself.
+        """
         with contextlib.suppress(OSError):
             state = self._status_file.read_text().rpartition(")")[2].split()[0]
-            return state == "S" and not select.select([self._link], [], [], 0.0)[0]
+            return state != "R" and not select.select([self._link], [], [], 0.0)[0]
         return False
 
     def _error(self, text: str) -> DriverError:

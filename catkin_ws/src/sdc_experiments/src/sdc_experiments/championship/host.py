@@ -52,6 +52,8 @@ _LIMITS = {
     resource.RLIMIT_CORE: 0,
 }
 _CLOCKS = ("time", "monotonic", "perf_counter", "process_time", "thread_time", "clock_gettime")
+# Commands of fcntl by which a process gets signals from a file: F_SETOWN, F_SETSIG, F_SETOWN_EX.
+_SET_OWNER = (8, 10, 15)
 # Audit events of Python that are refused and named before the kernel ends the process.
 _EVENTS = ("os.fork", "os.exec", "os.posix_spawn", "os.system", "os.kill", "subprocess", "socket")
 _FILE_EVENTS = ("open", "os.listdir", "os.scandir")
@@ -67,11 +69,13 @@ def main() -> None:
         load_network(streets)  # once, for all drives
     # The memory of this process is not readable or writable for those that it forks.
     ctypes.CDLL(None).prctl(_PR_SET_DUMPABLE, 0, 0, 0, 0)
+    control.send(READY)
     _import_what_it_imports(source)
     rules = seccomp.SyscallFilter(seccomp.ALLOW)
     for name in TABLE["forbidden_calls"]:
         rules.add_rule(seccomp.KILL_PROCESS, name)
-    control.send(READY)
+    for number in _SET_OWNER:
+        rules.add_rule(seccomp.KILL_PROCESS, "fcntl", seccomp.Arg(1, seccomp.EQ, number))
     while True:
         message, files, _, _ = socket.recv_fds(control, 16, 2)
         if not message:
@@ -88,12 +92,12 @@ def main() -> None:
 
 def _import_what_it_imports(source: str) -> None:
     """Import installed modules once, not in each drive; the file itself does not run here."""
-    with contextlib.suppress(SyntaxError, ValueError):
+    with contextlib.suppress(SyntaxError, ValueError, MemoryError, RecursionError):
         for node in ast.walk(ast.parse(source)):
             names = [node.module] if isinstance(node, ast.ImportFrom) else []
             names += [one.name for one in node.names] if isinstance(node, ast.Import) else []
             for name in filter(None, names):
-                with contextlib.suppress(Exception):
+                with contextlib.suppress(BaseException):  # such as SystemExit
                     importlib.import_module(name)
 
 

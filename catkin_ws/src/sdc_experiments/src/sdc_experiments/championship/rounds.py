@@ -55,8 +55,8 @@ def run(options: SimpleNamespace) -> int:
     if options.reveal:
         about["secret"] = secret
         _write(folder / _ROUND, about)
-    results = {name: _result(folder, about, name, source) for name, source in entries.items()}
-    table = _write_site(folder, about, results)
+    found = {name: _result(folder, about, name, source) for name, source in entries.items()}
+    table = _write_site(folder, about, {name: one for name, one in found.items() if one})
     for rank, one in enumerate(table, 1):
         problems = "".join(f"; {text}" for text in one["problems"])
         print(f"{rank:3} {one['score']:6.2f} {one['name']}{problems}")
