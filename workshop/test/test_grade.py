@@ -17,11 +17,13 @@ from sdc_common.processes import matching
 from sdc_experiments.closed_loop import drive_result
 from sdc_sim.report.writer import write_report
 from sdc_workshop.exam import sandbox
+from sdc_workshop.exam.answer import Answer, encodable
 from sdc_workshop.grading import grade as command
 from sdc_workshop.grading.copying import copy_workspace
 from sdc_workshop.grading.grade import line
 from sdc_workshop.grading.grading import Conditions, Grade, grade
 from sdc_workshop.grading.handed_in import HandedInError, names, submissions
+from sdc_workshop.grading.record import Record, read
 from sdc_workshop.grading.rubric import load_rubric
 from sdc_workshop.grading.summary import ranked, write_csv, write_pages
 from sdc_workshop.steps import find_step, load_steps
@@ -303,20 +305,78 @@ def test_equal_results_share_a_rank_and_page_and_table_have_the_same_texts(tmp_p
         assert ("&lt;a &amp; b&gt;" in own) == (row["step hello"] == "wrong")
 
 
+def test_strange_results_of_one_student_are_one_row_and_the_rest_goes_on(tmp_path, monkeypatch):
+    half = {"status": "wrong", "expected": "\ud800", "seen": "", "hint": ""}
+    found = {
+        "ada": {"report": {"status": "completed", "driving_score": 100.0}},
+        "eve": {"report": {"status": ["x"], "driving_score": "many"}},
+        "hal": {"report": 7},
+        "ivy": {},
+        "kim": {"answers": {"hello": {**half, "file": None, "line": None}}},
+        "leo": {"contained": ['=HYPERLINK("http://x")', "\ud800"]},
+    }
+
+    def graded(name, folder, result, conditions):
+        (result / "page.html" if name == "ivy" else result).mkdir(parents=True)
+        return Grade(name, folder, **found[name])  # a KeyError for bob
+
+    for name in ("bob", *found):
+        (tmp_path / "class" / name).mkdir(parents=True)
+    monkeypatch.setattr(command, "grade", graded)
+    output = tmp_path / "grades"
+    arguments = [str(tmp_path / "class"), "--output", str(output), "--no-sandbox"]
+    assert command.main(arguments) == 1
+    assert output.stat().st_mode & 0o077 == 0, "other users read the marks"
+    rows = csv.DictReader((output / "grades.csv").open(encoding="utf-8"))
+    rows = {row["student"]: row for row in rows}
+    assert sorted(rows) == ["ada", "bob", "eve", "hal", "ivy", "kim", "leo"]
+    assert (rows["ada"]["driving_score"], rows["ada"]["note"]) == ("100.0", "")
+    assert rows["bob"]["note"].startswith("could not be graded: KeyError")
+    assert all(rows[name]["note"].startswith("the results cannot be") for name in ("eve", "hal"))
+    assert rows["ivy"]["note"].startswith("no page: IsADirectoryError")
+    assert rows["leo"]["contained"].startswith("'=HYPERLINK")
+    assert all((output / name / "page.html").is_file() for name in ("ada", "kim", "leo"))
+
+
+def test_evidence_is_not_flooded_away_by_paths_that_a_program_prints(tmp_path):
+    record = Record(tmp_path)
+    for step in ("hello", "camera-1"):
+        record.begin(step)
+        for number in range(60):
+            record.contained(f"/x{number} is missing", f"/x{number}")
+        record.contained("processes of others were killed")
+    kills = [event for event in read(tmp_path)[1]["contained"] if not event[2]]
+    assert [step for step, *_ in kills] == ["hello", "camera-1"]
+
+
+def test_result_with_half_a_character_is_an_answer_that_a_page_can_show():
+    answer = encodable(Answer("wrong", "a", "\ud800", "ü"))
+    assert (answer.seen, answer.hint) == ("\\ud800", "ü")
+
+
 def test_championship_adds_the_score_of_the_driver_of_each_folder(tmp_path, monkeypatch):
     def hold(arguments, **_):
         folder = arguments[2]
-        assert [path.name for path in folder.glob("*.py")] == ["ada.py"]
+        drivers = {"Bob_Smith.py", "ada.py", "index_.py"}
+        assert {path.name for path in folder.glob("*.py")} == drivers
         assert arguments[1:] == ["round", folder, "drives:=7", "reveal:=false", "baselines:=false"]
         (folder / "results").mkdir()
         result = {"score": 81.26, "problems": ["refused: os.fork"]}
         (folder / "results" / "ada.json").write_text(json.dumps(result))
 
-    for name in ("ada", "bob"):
+    names = ("ada", "bob", "Bob Smith", "index", "eve")
+    for name in names:
         (tmp_path / name).mkdir()
-    (tmp_path / "ada" / "driver.py").write_text("class Driver: pass\n")
+    for name in ("ada", "Bob Smith", "index"):
+        (tmp_path / name / "driver.py").write_text("class Driver: pass\n")
+    (tmp_path / "eve" / "driver.py").symlink_to("../ada/driver.py")
     monkeypatch.setattr(command.subprocess, "run", hold)
-    grades = [Grade(name, tmp_path / name) for name in ("ada", "bob")]
+    grades = [Grade(name, tmp_path / name) for name in names]
     command.add_championship(grades, tmp_path, 7)
-    assert [one.championship for one in grades] == ["81.3", ""]
+    assert [one.championship for one in grades] == ["81.3", "", "", "", ""]
     assert grades[0].contained == ["refused: os.fork"]
+    assert [one.note for one in grades[2:4]] == 2 * ["the championship has no result"]
+    assert [grades[4].note, *grades[4].contained] == [
+        "",
+        f"the link {tmp_path}/eve/driver.py is not followed",
+    ]

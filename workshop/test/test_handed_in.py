@@ -59,6 +59,8 @@ def test_every_form_of_handing_in_is_found(tmp_path, workspace):
         ("slip.zip", {"../../slip.py": ""}, "is no workspace: it has no src/sdc_package"),
         ("bomb.zip", {f"{n}.py": "0" * 20_000_000 for n in range(11)}, "is too large unpacked"),
         ("two.zip", {f"{n}/sdc_package/x": "" for n in "ab"}, "more than one sdc_package: a/"),
+        ("deep.zip", {"a/" * 900 + "x": ""}, "folders in more than 60 levels"),
+        ("below.zip", {"a/" * 20 + "src/sdc_package/x": ""}, "in its first 16 levels of folders"),
     ],
 )
 def test_what_is_not_found_or_not_safe_is_a_row_with_one_line(tmp_path, path, content, message):
@@ -76,6 +78,52 @@ def test_what_is_not_found_or_not_safe_is_a_row_with_one_line(tmp_path, path, co
     assert message in str(caught.value) and "\n" not in str(caught.value)
     unpacked = tmp_path / "copy" / "handed_in"
     assert [path for path in tmp_path.rglob("slip.py") if unpacked not in path.parents] == []
+
+
+def test_zips_of_every_form_are_found_or_named(tmp_path, workspace):
+    home = "Users/ada/Desktop/Uni/WS26/Robotik/Abgabe/final/sdc_ws/src/"
+    packed(workspace / "src", tmp_path / "deep.zip", home)
+    inside = tmp_path / "deep.zip"
+    for name in ("once", "twice", "thrice"):
+        with zipfile.ZipFile(tmp_path / f"{name}.zip", "w") as archive:
+            archive.write(inside, "inside.zip")
+        inside = tmp_path / f"{name}.zip"
+    for name in ("deep", "once", "twice"):
+        copy_workspace(tmp_path / f"{name}.zip", tmp_path / name / "copy")
+        assert (tmp_path / name / "copy" / CAMERA).is_file()
+    with pytest.raises(HandedInError, match="but zips in 3 zips; hand in one zip"):
+        copy_workspace(tmp_path / "thrice.zip", tmp_path / "thrice" / "copy")
+    (tmp_path / "two").mkdir()
+    for name in ("Abgabe.zip", "Abgabe 2.zip"):
+        shutil.copy(tmp_path / "deep.zip", tmp_path / "two" / name)
+    with pytest.raises(HandedInError, match="has 2 zips: Abgabe 2.zip, Abgabe.zip; keep one"):
+        copy_workspace(tmp_path / "two", tmp_path / "both" / "copy")
+    with zipfile.ZipFile(tmp_path / "lzma.zip", "w", zipfile.ZIP_LZMA) as archive:
+        archive.writestr("src/sdc_package/x.py", "x" * 1000)
+    data = bytearray((tmp_path / "lzma.zip").read_bytes())
+    data[60:75] = bytes(range(200, 215))
+    (tmp_path / "lzma.zip").write_bytes(data)
+    with pytest.raises(HandedInError, match="neither a folder nor a zip that opens"):
+        copy_workspace(tmp_path / "lzma.zip", tmp_path / "lzma" / "copy")
+
+
+def test_strange_files_of_an_older_workspace_are_copied_as_they_are(tmp_path, workspace):
+    """The check of each file names what is wrong with it; the marker is not the student's."""
+    package = workspace / "src/sdc_package"
+    (workspace / ".workshop").write_bytes(b"\xfc older\n")
+    (package / "config/local_planner.yaml").write_text("[" * 5000)
+    latin = (workspace / CAMERA).read_bytes() + b"# \xfc\n"
+    (workspace / CAMERA).write_bytes(latin)
+    copy_workspace(workspace, tmp_path / "copy")
+    assert (tmp_path / "copy" / CAMERA).read_bytes() == latin
+    deep = package
+    for _ in range(900):
+        deep = deep / "a"
+        os.mkdir(deep)
+        if len(str(deep)) > 3900:
+            break
+    with pytest.raises(HandedInError, match="folders in more than 60 levels"):
+        copy_workspace(workspace, tmp_path / "other")
 
 
 def test_link_in_a_class_is_not_followed_and_a_name_is_one_line(tmp_path, workspace):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -67,6 +67,13 @@ class Answer:
     def where(self) -> str:
         """The place, for people and editors: "src/sdc_package/scripts/camera.py:20"."""
         return f"{self.file}:{self.line}" if self.file and self.line else self.file or ""
+
+
+def encodable(answer: Answer) -> Answer:
+    """Return an answer that a file and a terminal can show: a result may be half a character."""
+    texts = {name: getattr(answer, name) for name in ("expected", "seen", "hint")}
+    shown = {name: text.encode(errors="backslashreplace") for name, text in texts.items()}
+    return replace(answer, **{name: text.decode() for name, text in shown.items()})
 
 
 def answered(

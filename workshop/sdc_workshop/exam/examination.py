@@ -9,7 +9,7 @@ from typing import Callable, Sequence
 
 import yaml
 
-from sdc_workshop.exam.answer import PASSED, WRONG, Answer, answered, in_full
+from sdc_workshop.exam.answer import PASSED, WRONG, Answer, answered, encodable, in_full
 from sdc_workshop.exam.camera_check import CameraCheck
 from sdc_workshop.exam.controller_checks import BasicControlCheck, PathFollowingCheck
 from sdc_workshop.exam.drive_answer import drive_answer
@@ -103,7 +103,7 @@ class Examination:
                 on_begin(step)
                 for step_id, answer in self._checked(step, steps).items():
                     seed = self.stage.seed if answer.status == WRONG else ""
-                    self.answers[step_id] = replace(answer, seed=seed)
+                    self.answers[step_id] = replace(encodable(answer), seed=seed)
             while reported < len(steps) and steps[reported].id in self.answers:
                 answer = self.answers[steps[reported].id]
                 on_answer(steps[reported], answer)

@@ -7,7 +7,13 @@ import os
 import shutil
 from pathlib import Path
 
-from sdc_workshop.grading.handed_in import LEFT_OUT, MAX_TOTAL_BYTES, HandedInError, find_package
+from sdc_workshop.grading.handed_in import (
+    LEFT_OUT,
+    MAX_DEPTH,
+    MAX_TOTAL_BYTES,
+    HandedInError,
+    find_package,
+)
 from sdc_workshop.steps import WORKSHOP
 from sdc_workshop.workspace import WorkspaceError, copy_car, is_older, link, package_of, update
 
@@ -53,6 +59,8 @@ def _copy(source: Path, target: Path, inside: Path) -> list:
 
     def left_out(folder: str, names: list) -> list:
         nonlocal size
+        if len(Path(folder).relative_to(source).parts) > MAX_DEPTH:
+            raise HandedInError(f"{source} has folders in more than {MAX_DEPTH} levels")
         paths = [Path(folder, name) for name in names]
         links.extend(str(path) for path in paths if path.is_symlink() and leads_away(path))
         files = [path for path in paths if path.is_file() and str(path) not in links]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import re
 import secrets
-import shutil
 import signal
 import subprocess
 import sys
@@ -18,6 +18,7 @@ from types import SimpleNamespace
 from typing import Iterator, Sequence
 
 from sdc_common.validation import DocumentError
+from sdc_experiments.championship.driver_process import MAX_SOURCE
 from sdc_experiments.commands import WordError, parse
 from sdc_experiments.sandbox import SandboxError, user_id
 from sdc_experiments.sweep.dask_engine import ClusterError
@@ -27,9 +28,9 @@ from sdc_workshop.grading.copies import Copy, copies
 from sdc_workshop.grading.grading import Conditions, Grade, grade
 from sdc_workshop.grading.handed_in import HandedInError, names, submissions
 from sdc_workshop.grading.lms import write_lms
-from sdc_workshop.grading.record import write_json, write_table
+from sdc_workshop.grading.record import printable, write_json, write_table
 from sdc_workshop.grading.rubric import PACKAGED, load_rubric
-from sdc_workshop.grading.summary import ranked, write_csv, write_pages
+from sdc_workshop.grading.summary import cells, ranked, write_csv, write_pages
 from sdc_workshop.steps import load_steps
 from sdc_workshop.workspace import PROJECT
 
@@ -62,7 +63,8 @@ def grade_class(options: SimpleNamespace, output: Path) -> list:
                 f"{output} is in {folder}, a student's folder; name another one with --output"
             )
     rubric = load_rubric(Path(options.rubric or PACKAGED), named.values())
-    output.mkdir(parents=True, exist_ok=True)
+    if not output.exists():
+        output.mkdir(mode=0o700, parents=True)  # other users do not read the marks
     seed = class_seed(output, options.seed)
     jobs = []
     for number, (folder, name) in enumerate(named.items()):
@@ -76,33 +78,60 @@ def grade_class(options: SimpleNamespace, output: Path) -> list:
     grades = []
     with contextlib.closing(found):
         for one in found:
-            grades.append(one)
-            print(line(one, total), flush=True)
+            grades.append(shown(one, rubric))
+            print(line(grades[-1], total), flush=True)
     if options.championship:
         add_championship(grades, output, options.championship)
     rows = ranked(grades, rubric)
     pairs = copies({found.name: found.tokens for found in grades}, options.lab)
-    write_csv(output / "grades.csv", rows, options.lab)
+    # First the pages: the tables contain what is wrong with a page.
     write_pages(output, rows, pairs, options.lab)
+    write_csv(output / "grades.csv", rows, options.lab)
     write_lms(output, rows, rubric)
     write_table(output / "copies.csv", Copy._fields, (pair._asdict() for pair in pairs))
     print(f"grade: {len(grades)} students, see {output / 'grades.html'} and grades.csv")
     return grades
 
 
+def shown(found: Grade, rubric: dict) -> Grade:
+    """Return a grade that the tables can show: without its results where these are strange."""
+    try:
+        line(found, 0)
+        cells(ranked([found], rubric)[0])
+    except Exception as error:  # noqa: BLE001  without a sandbox, a student writes the results
+        note = printable(f"the results cannot be read: {type(error).__name__}: {error}")
+        return Grade(found.name, found.folder, note=note, lab=found.lab)
+    return found
+
+
 def add_championship(grades: list, output: Path, drives: int) -> None:
     """Hold a round of the championship with the driver.py of each folder, and add the scores."""
     folder = output / "championship"
     folder.mkdir(exist_ok=True)
+    for left in folder.glob("*.py"):
+        left.unlink()  # of an earlier grade
+    names: dict = {}
     for found in grades:
-        if (Path(found.folder) / "driver.py").is_file():
-            shutil.copyfile(Path(found.folder) / "driver.py", folder / f"{found.name}.py")
+        path = Path(found.folder) / "driver.py"
+        if path.is_symlink() or found.folder.is_symlink():
+            found.contained.append(f"the link {printable(str(path))} is not followed")
+        elif path.is_file():
+            # The name of a page; "index" is that of the round itself.
+            name = re.sub(r"[^\w-]|^-", "_", found.name)[:50]
+            while name in {"index", *names}:
+                name += "_"
+            names[name] = found
+            with path.open("rb") as file:  # a longer file is refused by the round
+                (folder / f"{name}.py").write_bytes(file.read(MAX_SOURCE + 1))
     command = [PROJECT / "championship", "round", folder, f"drives:={drives}", "reveal:=false"]
     subprocess.run([*command, "baselines:=false"], check=False)
-    for found in grades:
-        with contextlib.suppress(FileNotFoundError):
-            path = folder / "results" / f"{found.name}.json"
+    for name, found in names.items():
+        try:
+            path = folder / "results" / f"{name}.json"
             result = json.loads(path.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            found.note = "; ".join(filter(None, (found.note, "the championship has no result")))
+        else:
             found.championship = f"{result['score']:.1f}"
             found.contained += result["problems"]
 
@@ -134,7 +163,13 @@ def grade_here(jobs: list, output: Path, options: SimpleNamespace) -> Iterator[G
                 conditions = replace(conditions, stopped=stop.is_set)
                 waiting.append(pool.submit(grade, name, folder, output / name, conditions))
             for done in as_completed(waiting):
-                yield done.result()
+                try:
+                    found = done.result()
+                except Exception as error:  # noqa: BLE001  the others are graded all the same
+                    name, folder, _ = jobs[waiting.index(done)]
+                    note = printable(f"could not be graded: {type(error).__name__}: {error}")
+                    found = Grade(name, folder, note=note, lab=options.lab)
+                yield found
         finally:
             stop.set()
             for job in waiting:

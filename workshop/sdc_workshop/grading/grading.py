@@ -131,6 +131,8 @@ def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grad
             _examine(result, Path(temporary), conditions)
         except (HandedInError, OSError, _Ended) as error:
             notes.append(str(error))
+        except Exception as error:  # noqa: BLE001  a student's files may cause any; others go on
+            notes.append(f"could not be graded: {type(error).__name__}: {error}")
     if not key:
         _clear(result)
     found.answers, state = read(result)

@@ -5,20 +5,22 @@ from __future__ import annotations
 import os
 import re
 import zipfile
-import zlib
 from pathlib import Path
 from typing import Iterable
 
 from sdc_workshop.steps import WORKSHOP
+from sdc_workshop.student_file import read_anyway
 from sdc_workshop.workspace import package_of
 
-MAX_FILE_BYTES = 20_000_000
 MAX_TOTAL_BYTES = 200_000_000
 MAX_ENTRIES = 20_000
 # Folders that hold nothing that a student has written, and the files before an update.
 LEFT_OUT = {".git", "__MACOSX", "__pycache__", "build", "devel", "install"}
 _BEFORE_UPDATE = "before_update_"
-_DEPTH = 6
+_DEPTH = 16
+# Deeper folders are more than a package has, and than Python can copy.
+MAX_DEPTH = 60
+_MAX_ZIPS = 3  # a zip in a zip in a zip
 # How Moodle and Canvas name the files of "download all submissions".
 _DOWNLOADED = (
     (re.compile(r"(.+)_(\d+)_assignsubmission_.*"), "Full name", "Identifier", "Participant {}"),
@@ -93,24 +95,32 @@ def find_package(handed_in: Path, temporary: Path, lab: str = WORKSHOP) -> tuple
     name, root = package_of(lab), handed_in
     if handed_in.is_symlink():
         raise HandedInError(f"{handed_in} is a link to another place; put the folder itself there")
-    found = _packages(root, name)
-    zips = [handed_in] if root.is_file() else [] if found else sorted(root.rglob("*.[zZ][iI][pP]"))
-    if len(zips) == 1 and zips[0].is_file() and not zips[0].is_symlink():
-        root = _unpacked(zips[0], temporary)
-        found = _packages(root, name)
+    found, zips = _content(root, name)
+    if root.is_file():
+        zips = [root]
+    for level in range(_MAX_ZIPS):
+        if len(zips) > 1 and not found:
+            listed = ", ".join(path.name for path in zips[:3])
+            raise HandedInError(f"{handed_in} has {len(zips)} zips: {listed}; keep one of them")
+        if zips and not found:
+            root = _unpacked(zips[0], temporary / str(level))
+            found, zips = _content(root, name)
     if not found:
-        raise HandedInError(f"{handed_in} is no workspace: it has no src/{name}")
+        inside = f" in its first {_DEPTH} levels of folders"
+        if zips:
+            inside = f", but zips in {_MAX_ZIPS} zips; hand in one zip"
+        raise HandedInError(f"{handed_in} is no workspace: it has no src/{name}{inside}")
     if len(found) > 1:
         places = ", ".join(str(path.relative_to(root)) for path in found[:3])
         raise HandedInError(f"{handed_in} has more than one {name}: {places}; keep one of them")
     return found[0], root
 
 
-def _packages(root: Path, name: str) -> list:
-    """Return the packages with this name that are nearest to a folder."""
+def _content(root: Path, name: str) -> tuple[list, list]:
+    """Return the packages with this name that are nearest to a folder, and the zips below it."""
     found: dict = {}
-    links: list = []
-    for place, names, _ in os.walk(root):
+    links, zips = [], []
+    for place, names, files in os.walk(root):
         folder = Path(place)
         depth = len(folder.relative_to(root).parts)
         if _is_package(folder, name):
@@ -121,20 +131,23 @@ def _packages(root: Path, name: str) -> list:
             if one not in LEFT_OUT and not one.startswith(_BEFORE_UPDATE) and depth < _DEPTH
         ]
         links += [folder / one for one in names if (folder / one).is_symlink()]
+        paths = (folder / one for one in sorted(files) if one.lower().endswith(".zip"))
+        zips += [path for path in paths if path.is_file() and not path.is_symlink()]
     for path in links if not found else ():
         if path.name != "workshop":
             raise HandedInError(f"{path} is a link to another place; put the package itself there")
-    return found[min(found)] if found else []
+    return (found[min(found)] if found else []), zips
 
 
 def _is_package(folder: Path, name: str) -> bool:
     """Return whether a folder is a package, under its own name or renamed."""
     manifest = folder / "package.xml"
-    if not folder.is_dir() or folder.is_symlink():
+    # os.path: where a folder cannot be read, the grade of its student says it.
+    if not os.path.isdir(folder) or folder.is_symlink():
         return False
-    if folder.name == name or not manifest.is_file() or manifest.stat().st_size > MAX_FILE_BYTES:
+    if folder.name == name or not os.path.isfile(manifest):
         return folder.name == name
-    return f"<name>{name}</name>" in manifest.read_text(encoding="utf-8", errors="replace")
+    return f"<name>{name}</name>" in read_anyway(manifest)
 
 
 def _unpacked(archive: Path, folder: Path) -> Path:
@@ -152,6 +165,8 @@ def _unpacked(archive: Path, folder: Path) -> Path:
                     f"{archive} is too large unpacked ({size // 1_000_000} MB, {len(members)} "
                     f"files); at most {MAX_TOTAL_BYTES // 1_000_000} MB and {MAX_ENTRIES} files"
                 )
+            if any(member.filename.count("/") > MAX_DEPTH for member in members):
+                raise HandedInError(f"{archive} has folders in more than {MAX_DEPTH} levels")
             for member in members:
                 member.filename = member.filename.replace("\\", "/")
                 # It leaves out what leads out of the folder: "..", and "/" at the beginning.
@@ -161,6 +176,6 @@ def _unpacked(archive: Path, folder: Path) -> Path:
                 written.chmod(0o755 if is_program else 0o644)
     except HandedInError:
         raise
-    except (zipfile.BadZipFile, zlib.error, RuntimeError, EOFError, OSError, ValueError) as error:
+    except Exception as error:  # noqa: BLE001  each way to compress has errors of its own
         raise HandedInError(f"{archive}: neither a folder nor a zip that opens ({error})") from None
     return folder

@@ -6,6 +6,7 @@ import contextlib
 import csv
 import json
 import os
+import re
 import threading
 from pathlib import Path
 from typing import Iterable
@@ -14,7 +15,8 @@ ANSWERS = "answers.json"
 STATE = "check.json"
 BUILD_LOG = "build.log"
 NO_SANDBOX = "none"
-# More events than these are dropped.
+# More events of a step than these are dropped: that many with a path, which a program can invent
+# by its output, and that many without.
 _MAX_EVENTS = 40
 
 
@@ -59,8 +61,10 @@ class Record:
             path: the file that it is about, or ""
         """
         with self._lock:
-            event, events = [self._state["step"], text, path], self._state["contained"]
-            if event not in events and len(events) < _MAX_EVENTS:
+            step, events = self._state["step"], self._state["contained"]
+            event = [step, text, path]
+            alike = [one for one in events if (one[0], one[2] == "") == (step, path == "")]
+            if event not in alike and len(alike) < _MAX_EVENTS:
                 events.append(event)
                 write_json(self.result / STATE, self._state)
 
@@ -83,7 +87,14 @@ def write_table(path: Path, columns: Iterable[str], rows: Iterable[dict]) -> Non
     with open(path, "w", newline="", encoding="utf-8") as file:
         table = csv.DictWriter(file, list(columns), extrasaction="ignore")
         table.writeheader()
-        table.writerows(rows)
+        table.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
+
+
+def _cell(value: object) -> str:
+    """Return the text of a cell, of which no spreadsheet makes a formula."""
+    text = printable(str(value))
+    is_number = re.fullmatch(r"[-+][\d.]*(e[-+]?\d+)?", text)
+    return f"'{text}" if text[:1] in tuple("=+-@") and not is_number else text
 
 
 def read(result: Path) -> tuple:

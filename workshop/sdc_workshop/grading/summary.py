@@ -116,6 +116,13 @@ def write_pages(output: Path, rows: list, pairs: list, lab: str = WORKSHOP) -> N
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    for row in rows:
+        try:
+            _write_page(environment, output, row, lab)
+        except Exception as error:  # noqa: BLE001  the pages of the others are written
+            found = row.grade
+            problem = printable(f"no page: {type(error).__name__}: {error}")
+            found.note = "; ".join(filter(None, (found.note, problem)))
     copied = [pair for pair in pairs if pair.equal_percent >= _LEAST_COPY_PERCENT]
     page = environment.get_template("grades.html.j2").render(
         students=[(row, cells(row)) for row in rows],
@@ -123,25 +130,27 @@ def write_pages(output: Path, rows: list, pairs: list, lab: str = WORKSHOP) -> N
         columns=_COLUMNS,
         copied=copied[:_MOST_COPIES],
     )
-    (output / "grades.html").write_text(page, encoding="utf-8")
-    for row in rows:
-        folder = output / row.grade.name
-        picture = folder / "report.png"
-        values = {
-            "grade": row.grade,
-            "mark": row.mark,
-            "cells": cells(row),
-            "steps": [(step, *_explained(row.grade, step)) for step in load_steps(lab)],
-            "picture": base64.b64encode(picture.read_bytes()) if picture.is_file() else b"",
-            "drives": {
-                title: (folder / f"{name}.html").read_text(encoding="utf-8")
-                for name, title in (("report", "in the town"), ("unknown", "on an unknown route"))
-                if (folder / f"{name}.html").is_file()
-            },
-        }
-        for name in ("page.html", "results.json"):
-            text = environment.get_template(f"{name}.j2").render(values)
-            (folder / name).write_text(text, encoding="utf-8")
+    (output / "grades.html").write_text(page, "utf-8", "backslashreplace")
+
+
+def _write_page(environment: jinja2.Environment, output: Path, row: Row, lab: str) -> None:
+    folder = output / row.grade.name
+    picture = folder / "report.png"
+    values = {
+        "grade": row.grade,
+        "mark": row.mark,
+        "cells": cells(row),
+        "steps": [(step, *_explained(row.grade, step)) for step in load_steps(lab)],
+        "picture": base64.b64encode(picture.read_bytes()) if picture.is_file() else b"",
+        "drives": {
+            title: (folder / f"{name}.html").read_text(encoding="utf-8")
+            for name, title in (("report", "in the town"), ("unknown", "on an unknown route"))
+            if (folder / f"{name}.html").is_file()
+        },
+    }
+    for name in ("page.html", "results.json"):
+        text = environment.get_template(f"{name}.j2").render(values)
+        (folder / name).write_text(text, "utf-8", "backslashreplace")
 
 
 def _explained(found: Grade, step: Step) -> tuple[str, list]:
