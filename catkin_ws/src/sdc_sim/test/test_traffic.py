@@ -241,6 +241,13 @@ def test_traffic_without_a_map_or_without_libsumo_is_one_line(path, monkeypatch)
     assert "\n" not in str(error.value)
 
 
+def test_lights_of_rails_which_have_no_phases_are_left_as_they_are(tmp_path):
+    path = town(tmp_path, mid="rail_signal")
+    network = load_network(path)
+    traffic = start(path, network)
+    assert len(standing(traffic, car_on(network, "a_0", 60.0), 20)[-1]) > 5
+
+
 def test_file_that_is_no_network_is_one_line(tmp_path):
     path = tmp_path / "broken.net.xml"
     path.write_text("<net", encoding="utf-8")

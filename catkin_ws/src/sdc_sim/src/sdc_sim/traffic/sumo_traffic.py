@@ -38,6 +38,8 @@ _MISSION_STEP_M = 4.0
 # Our car is on its route within this distance; off it, others expect it on so many edges.
 _ON_ROUTE_M, _EXPECTED_EDGES, _MOST_BETWEEN = 2.0, 3, 4
 _BRAKE_LIGHT = 8
+# Types of the programs of lights with fixed times, of rail signals and of rail crossings.
+_FIXED_LIGHTS = (0, 1, 2)
 _NOWHERE_M = -1e8
 _OPTIONS = (
     *("--no-step-log", "--no-warnings", "--xml-validation", "never", "--duration-log.disable"),
@@ -156,7 +158,8 @@ class SumoTraffic:
         lights = self._sumo.trafficlight
         for name in lights.getIDList():
             program = lights.getAllProgramLogics(name)[0]
-            if program.type:  # It would follow the traffic, and not the phases of the map.
+            # Others would follow the traffic, and not the phases of the map; rails have none.
+            if program.type not in _FIXED_LIGHTS:
                 program.type = 0
                 lights.setProgramLogic(name, program)
                 lights.setPhase(name, 0)
