@@ -50,6 +50,7 @@ CONSEQUENCES = [
     (
         "perception:=objects map:=town goal:=[]",
         {
+            "/local_planner/planned_speed_mps": 10.0,
             "/sim/truth": True,
             "/sim/first_answer_s": 20.0,
             "/sim/wait_for_nodes": ["/referee", "/local_planner"],
