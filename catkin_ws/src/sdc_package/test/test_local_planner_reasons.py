@@ -9,6 +9,7 @@ from planned_roads import SETTINGS, bend, straight
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.planning.stop_line import GREEN, RED, YELLOW, StopLine
+from sdc_package.braking import FIRM_MPS2
 from sdc_package.local_planner import LocalPlanner
 from sdc_package.traffic_lights import TrafficLightMonitor
 from sdc_package.waypoint_search import WaypointSearch
@@ -81,11 +82,11 @@ def test_red_light_is_the_reason_until_it_turns_green_and_then_the_car_accelerat
 
 
 @pytest.mark.parametrize(("spare_m", "stops"), [(0.05, True), (-0.05, False)])
-def test_car_stops_for_yellow_if_its_comfortable_braking_is_enough(spare_m, stops):
+def test_car_stops_for_yellow_if_firm_braking_is_enough(spare_m, stops):
     # The path reaches beyond the place of the stop.
     local = LocalPlanner(straight(200.0), dataclasses.replace(SETTINGS, lookahead_m=30.0))
     margins, speed_mps = SETTINGS.traffic_lights, 10.0
-    braking_m = speed_mps**2 / (2.0 * SETTINGS.limits.braking_mps2)
+    braking_m = speed_mps**2 / (2.0 * FIRM_MPS2)
     stop_x_m = 100.0 - margins.gap_m - margins.car_front_m
     x = stop_x_m - braking_m - margins.reaction_s * speed_mps - spare_m
     rows = local.stop_for(lights(100.0, YELLOW), local.plan(int(x) + 1, x, 0.0, 0.0), speed_mps)

@@ -50,6 +50,7 @@ from sdc_map.network import (
 )
 from sdc_map.opendrive_file import read_opendrive
 from sdc_map.opendrive_lanes import OpenDriveLanes
+from sdc_map.yellow import lengthen_yellow
 
 VERSION = "1.28.0"
 _INSTALL = "run docker/prepare maps, which installs it and needs a connection"
@@ -155,7 +156,9 @@ def _tree(path: str) -> tuple[ElementTree.Element, list[str]]:
 def _converted(path: str) -> str:
     """Return the folder of the cache with what netconvert makes of an OpenDRIVE file."""
     content = ElementTree.tostring(_tree(path)[0])
-    key = hashlib.sha256("\n".join((VERSION, *OPTIONS, "")).encode() + content).hexdigest()[:32]
+    key = hashlib.sha256(
+        "\n".join((VERSION, *OPTIONS, "yellow", "")).encode() + content
+    ).hexdigest()[:32]
     root = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     folder = os.path.join(root, "sdc_maps", key)
     if os.path.isdir(folder):
@@ -186,6 +189,7 @@ def _converted(path: str) -> str:
             raise MapError(f"{path}: netconvert takes more than {TIMEOUT_S:g} s; {_FIX}") from None
         if done.returncode or not os.path.exists(files[0]):
             raise MapError(f"{path}: netconvert cannot read it: {_reason(done.stderr)}; {_FIX}")
+        lengthen_yellow(files[0])
         try:
             os.rename(made, folder)
         except OSError:

@@ -11,7 +11,7 @@ import numpy as np
 from sdc_common.geometry.polyline import Place
 from sdc_common.geometry.road_line import LONGEST_STEP_M, road_route
 from sdc_common.planning.speed_profile import limited_speeds
-from sdc_package.braking import HARD_MPS2
+from sdc_package.braking import FIRM_MPS2, HARD_MPS2
 from sdc_package.obstacle_prediction import Obstacles
 from sdc_package.obstacles import speed_caps
 from sdc_package.planner_settings import PlannerSettings
@@ -167,8 +167,7 @@ class LocalPlanner:
 
     def light_stop_s(self, lights: TrafficLightMonitor, speed_mps: float) -> float | None:
         """Return the arc length at which the car stops for a light, None if for none [m]."""
-        braking_mps2, place_s_m = self.settings.limits.braking_mps2, self.place.s_m
-        return lights.stop_s(self.route, place_s_m, speed_mps, braking_mps2, self.horizon_m)
+        return lights.stop_s(self.route, self.place.s_m, speed_mps, FIRM_MPS2, self.horizon_m)
 
     def stopped_at(
         self, rows: np.ndarray, stop_s: float, reason: str, speed_mps: float

@@ -17,8 +17,8 @@ _CREEP_SPEED_MPS = 0.5
 class TrafficLightMargins:
     """Distances and limits of a stop at a traffic light.
 
-    The car stops for yellow if its comfortable braking is enough, and for red if `hardest_mps2` is.
-    A car that can no longer stop clears the crossing.
+    The car stops for yellow if the braking of `stop_s` is enough, and for red if `hardest_mps2`
+    is. A car that can no longer stop clears the crossing.
     """
 
     gap_m: float  # distance between the car's front and the stop line [m]
@@ -69,7 +69,7 @@ class TrafficLightMonitor:
             route: the car's route
             from_s_m: arc length of the car's centre [m]
             speed_mps: speed of the car [m/s]
-            braking_mps2: comfortable deceleration [m/s^2]
+            braking_mps2: deceleration with which it stops for yellow [m/s^2]
             horizon_m: length of the route ahead of the car that is searched for stop lines [m]
         """
         stops = []
