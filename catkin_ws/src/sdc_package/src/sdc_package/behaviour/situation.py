@@ -16,16 +16,17 @@ AMBULANCE, PEDESTRIAN, OBSTACLE, BICYCLE = "ambulance", "pedestrian", "obstacle"
 AT_REST_MPS = 0.5
 # The stretch of the route that is looked at, and where fast ones come from behind [m].
 _BACK_M, _AHEAD_M, _SIDE_M, _FAST_M = 70.0, 300.0, 8.0, 150.0
-# A road user in the way ahead of the car within this time may be passed [s].
-_LOOK_S = 7.0
+# A road user in the way ahead of the car so near may be passed [m]. The route is looked at so far
+# ahead for changes of lanes [m]. Both are at least what the car drives in this time [s].
+_LOOK_M, _CHANGE_AHEAD_M, _AHEAD_S = 70.0, 60.0, 5.0
 # It is slow below this share of the speed without it. So many decisions count before the car
 # passes an object, one at rest, one that moves, and one that it has seen moving and may drive on.
 _SLOW, _OBJECT, _AT_REST, _MOVES, _STOPPED = 0.6, 1, 4, 12, 32
 # One at rest or slow so near before a junction, or behind another one that waits, waits, too [m].
 _QUEUE_M, _QUEUE_MPS, _BEHIND_M = (8.0, 30.0), 3.0, 9.0
 _SIDE_FREE_M = 0.3
-# The route is looked at so long ahead for changes of lanes [s], and so much beside it is one [m].
-_CHANGE_S, _CHANGE_M = 6.0, 1.0
+# A route so much beside itself changes lanes [m].
+_CHANGE_M = 1.0
 # Behind one that is overtaken, the gap stays open if no one is so near behind the car [m].
 _FREE_BEHIND_M = 18.0
 # Share of the planned speed at which the car shifts to the side and back.
@@ -112,7 +113,7 @@ class Situation:
         self.way_y = self.ways([way.offset_m])[0]
         self.beside_m = others.y_m - np.interp(others.s_m, self.grid_m, self.route_y)
         self._touches_m = others.half_width_m + 0.5 * car.width_m + _SIDE_FREE_M
-        ahead = (others.s_m > s_m) & (others.s_m < s_m + _LOOK_S * self.top_mps)
+        ahead = (others.s_m > s_m) & (others.s_m < s_m + max(_LOOK_M, _AHEAD_S * self.top_mps))
         apart_m = np.abs(others.y_m - np.interp(others.s_m, self.grid_m, self.way_y))
         self.blocks = apart_m < self._touches_m - _SIDE_FREE_M
         usual_mps = np.interp(others.s_m, self.grid_m, self.most_mps)
@@ -163,7 +164,7 @@ class Situation:
     @property
     def changes_lane(self) -> bool:
         """Whether the route changes lanes soon."""
-        until = self.here + 1 + int(_CHANGE_S * self.top_mps / GRID_M)
+        until = self.here + int(max(_CHANGE_AHEAD_M, _AHEAD_S * self.top_mps) / GRID_M)
         return float(np.ptp(self.route_y[self.here : until])) > _CHANGE_M
 
     @property
