@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from sdc_common.geometry.road_line import arc_lengths, noise_of, road_line, road_route
 from sdc_common.geometry.route import Route
-from sdc_common.planning.speed_profile import SpeedLimits, speed_profile
+from sdc_common.planning.speed_profile import SpeedLimits, limited_speeds
 
 FINE_M = 0.01
 SPACINGS_M = (0.2, 0.4, 1.0, 2.0, 3.5, 5.0, 10.0, 20.0)
@@ -49,7 +49,7 @@ def test_clothoid_has_its_curvature_at_any_spacing(radius_m, spacing_m):
 
 
 def planned_duration_s(route, limits):
-    speed_mps = speed_profile(route, limits)
+    speed_mps, _ = limited_speeds(route.s, route.curvature, limits)
     return np.sum(np.diff(route.s) / (0.5 * (speed_mps[:-1] + speed_mps[1:])))
 
 

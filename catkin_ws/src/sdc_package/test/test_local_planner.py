@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from planned_roads import SETTINGS, straight
 
 from sdc_common.geometry.route import Route
-from sdc_common.planning.speed_profile import speed_profile
+from sdc_common.planning.speed_profile import limited_speeds
 from sdc_package.local_planner import LocalPlanner, OffRouteError
 from sdc_package.waypoint_search import WaypointSearch
 
@@ -38,7 +38,7 @@ def test_speed_profile_keeps_every_limit_on_any_route(pieces):
         )
     )
     limits = SETTINGS.limits
-    speed = speed_profile(route, limits)
+    speed, _ = limited_speeds(route.s, route.curvature, limits)
     assert speed[-1] == 0.0
     assert (speed <= limits.cruise_mps).all()
     assert (speed**2 * np.abs(route.curvature) <= limits.lateral_mps2 + 1e-9).all()

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sdc_common.geometry.route import Route
 from sdc_common.validation import check_positive
 
 # In a bend the curvature varies a little, and with it the speed. Above this share of the speed that
@@ -33,11 +32,6 @@ class SpeedLimits:
         if self.lateral_jerk_mps3 == math.inf:
             del limits["lateral_jerk_mps3"]
         check_positive(**limits)
-
-
-def speed_profile(route: Route, limits: SpeedLimits) -> np.ndarray:
-    """Return the speeds of `limited_speeds`: (N,) [m/s]."""
-    return limited_speeds(route.s, route.curvature, limits)[0]
 
 
 def limited_speeds(

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from sdc_common.geometry.route import Route
-from sdc_common.planning.speed_profile import SpeedLimits, speed_profile
+from sdc_common.planning.speed_profile import SpeedLimits, limited_speeds
 from sdc_sim.road.random_routes import long_route
 
 TICK_S = 0.05
@@ -59,7 +59,7 @@ def random_route(random: np.random.Generator) -> np.ndarray:
 
 def road_rows(route: Route) -> np.ndarray:
     """Return curvatures and speed limits ahead of each metre of a route: (metres, 2 * places)."""
-    speed = speed_profile(route, LIMITS)
+    speed, _ = limited_speeds(route.s, route.curvature, LIMITS)
     metres = np.arange(math.floor(route.length_m) + 2.0)
     at = np.minimum(metres[:, None] + np.array(AHEAD_M), route.length_m)
     curvature = np.interp(at, route.s, route.curvature)
