@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Record: writes all messages that the referee receives to a bag, for replay.py."""
+"""Record: writes what the referee receives to a bag, for replay.py, and more for viewers."""
 
 import contextlib
 import os
@@ -12,6 +12,7 @@ from sdc_common.ros.node import parameter, refuse
 from sdc_sim.report.writer import companion
 
 NS_PER_S = 1_000_000_000
+PICTURE_NS = 200_000_000  # pictures are most of a bag; one every 0.2 s is enough to look at
 
 
 class Record:
@@ -28,7 +29,7 @@ class Record:
             )
 
         self.lock = threading.RLock()
-        self.last_ns = 0
+        self.last_ns = self.next_picture_ns = 0
         rospy.on_shutdown(self.close)
         for topic in parameter("topics"):
             # AnyMsg keeps the bytes of a message. Without queue_size, none is dropped.
@@ -42,6 +43,10 @@ class Record:
                 return
             # A bag is read in the order of its times. Different times keep the order of arrival.
             self.last_ns = max(rospy.get_rostime().to_nsec(), self.last_ns + 1)
+            if topic.endswith("/compressed"):
+                if self.last_ns < self.next_picture_ns:
+                    return
+                self.next_picture_ns = self.last_ns + PICTURE_NS
             names = ("type", "md5sum", "message_definition")
             header = {name: message._connection_header[name] for name in names}
             header["topic"] = topic

@@ -8,8 +8,10 @@ import sys
 import threading
 import time
 
+import numpy as np
 import rosgraph
 import rospy
+from nav_msgs.msg import Path
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -32,8 +34,11 @@ from sdc_sim.report.writer import (
 from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
 from sdc_sim.ros.connections import Connections
 from sdc_sim.ros.evaluator_input import PATH_TOPIC, ROUTE_TOPIC, EvaluatorInput
+from sdc_sim.ros.rviz_markers import route_path
+from sdc_sim.ros.waypoint_messages import waypoint_rows
 from sdc_sim.scenario.several_cars import names_of_cars
 
+MISSION_PATH = "/planner/mission_path"
 LAST_MESSAGES_S = 5.0
 PAUSE_TIMEOUT_S = 0.5
 NO_MISSION_S = 10.0
@@ -68,6 +73,8 @@ class Referee:
         odometry_topic = true_odometry_topic("/carla/" + role_name)
         self.input = EvaluatorInput(self.evaluator, time.monotonic, role_name, odometry_topic)
 
+        # The mission for nodes that do not know sdc_msgs.
+        self.path_publisher = rospy.Publisher(MISSION_PATH, Path, queue_size=1, latch=True)
         self.rules_publisher = rospy.Publisher("/referee/rules", String, queue_size=1, latch=True)
 
         for topic, (message_class, handle) in self.input.topics.items():
@@ -85,6 +92,7 @@ class Referee:
                 self.ended.set()
 
     def on_route(self, path):
+        self.path_publisher.publish(route_path(np.array(waypoint_rows(path, "x", "y"))))
         if self.evaluator.drive is not None:
             self.input.route(path)
             return

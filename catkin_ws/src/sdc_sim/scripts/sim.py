@@ -15,6 +15,9 @@ from sdc_sim.ros.simulation_topics import SimulationTopics
 
 # In real time a picture, which needs both cores, starts after the answer, but no later than this.
 PICTURE_DELAY_S = 0.01
+# In real time /clock advances between two ticks as well: with steps of a tick, a loop at 50 Hz
+# (rospy.Rate) would see time steps of 0.
+CLOCK_STEP_S = 0.01
 REPEAT_AFTER_S = 0.5
 
 
@@ -141,6 +144,13 @@ class Sim:
             self.picture_due = False
         # An overloaded machine slows the simulation down; it does not catch up.
         self.next_tick_s = max(self.next_tick_s + self.world.tick_s, time.monotonic())
+        steps = round(self.world.tick_s / CLOCK_STEP_S)
+        for step in range(1, steps):
+            left_s = self.next_tick_s - time.monotonic() - (steps - step) * CLOCK_STEP_S
+            if left_s > 0.0:
+                self.lock.wait_until(left_s)
+            if not self.pause.waiting:
+                self.topics[0].publish_clock(step * CLOCK_STEP_S)
         self.lock.wait_until(self.next_tick_s - time.monotonic())
 
     def publish(self):

@@ -15,11 +15,13 @@ import rospy
 import rostest
 from carla_msgs.msg import CarlaCollisionEvent
 from nav_msgs.msg import Odometry
+from nav_msgs.msg import Path as DisplayedPath
 from sdc_msgs.msg import BaseWaypoint, CarlaVehicleControl, Obstacle, ObstacleArray, Path
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 
 from sdc_common.processes import wait_until
+from sdc_testing import MessageListener
 
 SCRIPTS = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "scripts")
 EGO = "/carla/ego_vehicle"
@@ -143,6 +145,13 @@ class RefereeTest(unittest.TestCase):
         self.assertNotIn("Traceback", self.log())
         with open(self.report_path, encoding="utf-8") as file:
             return json.load(file)
+
+    def test_mission_is_published_as_a_path_of_nav_msgs(self):
+        self.start()
+        path = MessageListener("/planner/mission_path", DisplayedPath).wait_for(seconds=30.0)
+        self.assertEqual(path.header.frame_id, "map")
+        places = [(pose.pose.position.x, pose.pose.position.y) for pose in path.poses]
+        self.assertEqual(places, [(float(x), 0.0) for x in range(101)])
 
     def test_another_stack_is_evaluated_by_the_topics_of_the_contract(self):
         pauses = []

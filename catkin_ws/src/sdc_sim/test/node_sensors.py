@@ -10,7 +10,7 @@ import rostest
 import tf2_ros
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import CarlaVehicleControl
-from sensor_msgs.msg import Imu, JointState, NavSatFix, NavSatStatus, PointCloud2
+from sensor_msgs.msg import Imu, JointState, LaserScan, NavSatFix, NavSatStatus, PointCloud2
 from std_msgs.msg import Float32
 from tf2_msgs.msg import TFMessage
 
@@ -41,6 +41,7 @@ class SensorsTest(unittest.TestCase):
             name: MessageListener(f"{EGO}/lidar/{name}/point_cloud", PointCloud2)
             for name in ("front", "planar")
         }
+        cls.planar = MessageListener(EGO + "/scan", LaserScan)
         cls.truth = MessageListener(GROUND_TRUTH, Odometry)
         cls.odometry = MessageListener(EGO + "/odometry", Odometry)
         cls.transforms = MessageListener("/tf", TFMessage)
@@ -119,6 +120,10 @@ class SensorsTest(unittest.TestCase):
             self.assertGreater(len(points), 30)
             ranges = np.linalg.norm(points[:, :3], axis=1)
             self.assertTrue(ranges.min() > 0.5 and ranges.max() < 81.0)
+        scan = self.planar.wait_for()
+        self.assertEqual(scan.header.frame_id, "ego_vehicle/lidar/planar")
+        cloud = self.scans["planar"].wait_for(lambda one: one.header.stamp == scan.header.stamp)
+        self.assertEqual(np.isfinite(scan.ranges).sum(), cloud.width)
         # The lowest ring meets the ground in front of the car.
         front = np.frombuffer(self.scans["front"].messages[-1].data, np.float32).reshape(-1, 4)
         self.assertLess(abs(front[:, 2].min() + 2.4), 0.2)

@@ -43,11 +43,13 @@ def odometry_message(tick):
     return message
 
 
-def test_record_yaml_names_the_topics_of_the_referee_and_its_rules():
+def test_record_yaml_names_the_topics_of_the_referee_its_rules_and_those_of_viewers():
     with open(os.path.join(CONFIG, "record.yaml"), encoding="utf-8") as file:
         recorded = yaml.safe_load(file)["topics"]
     topics = EvaluatorInput(Evaluator(RULES)).topics
-    assert sorted(recorded) == sorted([*topics, "/referee/rules", GROUND_TRUTH])
+    assert {*topics, "/referee/rules", GROUND_TRUTH, "/tf", "/clock"} < set(recorded)
+    # The simulation starts when the odometry is connected.
+    assert recorded[-1] == EvaluatorInput(Evaluator(RULES)).evaluator.odometry_topic
 
 
 def test_messages_become_a_drive():

@@ -3,16 +3,19 @@
 import importlib
 import math
 import pathlib
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 import rospy
 import yaml
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import BaseWaypoint, LocalPath, Path, Waypoint
+from std_msgs.msg import Header
 
 from sdc_common.ros.odometry import pose_and_speed, vehicle_transform
 from sdc_sim.physics.vehicle import VehicleState
-from sdc_sim.ros.message_conversion import odometry_message
+from sdc_sim.ros.message_conversion import odometry_message, scan_message
 
 TABLE = pathlib.Path(__file__).parent / "data" / "message_md5_sums.yaml"
 SUMS = yaml.safe_load(TABLE.read_text())
@@ -47,3 +50,20 @@ def test_odometry_message_returns_the_state():
     assert (transform.header.frame_id, transform.child_frame_id) == ("map", "ego_vehicle")
     assert transform.transform.rotation == message.pose.pose.orientation
     assert isinstance(message, Odometry)
+
+
+def test_scan_has_the_range_of_each_beam_that_hit():
+    # Half a degree to the right, straight ahead, and the last beam at the left.
+    angles, ranges = np.radians([-0.5, 0.0, 134.75]), np.array([5.0, 2.0, 29.0])
+    points = np.stack([ranges * np.cos(angles), ranges * np.sin(angles), 0.0 * ranges, ranges], 1)
+    settings = SimpleNamespace(period_s=0.1, range_m=30.0)
+    scan = scan_message(points.astype(np.float32), settings, Header(frame_id="front"))
+    assert (scan.header.frame_id, scan.range_max, len(scan.ranges)) == ("front", 30.0, 1080)
+    assert math.degrees(scan.angle_min) == pytest.approx(-135.0)
+    assert math.degrees(scan.angle_max) == pytest.approx(134.75)
+    assert math.degrees(scan.angle_increment) == pytest.approx(0.25)
+    hits = np.flatnonzero(np.isfinite(scan.ranges))
+    assert hits.tolist() == [538, 540, 1079]
+    np.testing.assert_allclose(np.array(scan.ranges)[hits], ranges, rtol=1e-6)
+    np.testing.assert_allclose(np.array(scan.intensities)[hits], ranges, rtol=1e-6)
+    np.testing.assert_allclose(scan.angle_min + hits * scan.angle_increment, angles, atol=1e-6)

@@ -3,6 +3,7 @@
 import io
 import math
 
+import cv2
 import numpy as np
 import pytest
 import rospy
@@ -14,6 +15,7 @@ from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.ros.picture_messages import (
     camera_info_message,
     camera_mount,
+    compressed_message,
     daylight,
     image_message,
     spectator_mount,
@@ -39,6 +41,15 @@ def test_picture_is_written_as_any_image_is():
     assert (image.width, image.height, image.step, image.encoding) == (6, 4, 24, "bgra8")
     assert (image.header.stamp, image.header.frame_id) == (rospy.Time(3, 5), "front")
     assert image.data == pixels.tobytes()
+
+
+def test_compressed_picture_is_a_jpeg_of_the_same_colours():
+    picture = np.full((48, 64, 4), (200, 120, 40, 255), np.uint8)
+    message = compressed_message(picture, rospy.Time(3, 5), "front")
+    assert (message.header.stamp, message.header.frame_id) == (rospy.Time(3, 5), "front")
+    assert message.format == "bgr8; jpeg compressed bgr8"
+    decoded = cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR)
+    np.testing.assert_allclose(decoded, picture[:, :, :3], atol=4)
 
 
 def test_daylight_is_the_height_of_the_sun():

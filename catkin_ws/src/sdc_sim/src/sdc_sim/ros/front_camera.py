@@ -16,7 +16,7 @@ import tf2_ros
 from carla_msgs.msg import CarlaWeatherParameters
 from geometry_msgs.msg import Pose, PoseStamped, Quaternion, Transform, TransformStamped, Vector3
 from scipy.spatial.transform import Rotation
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 
 from sdc_common.ros.node import LoopPublisher
@@ -33,6 +33,7 @@ from sdc_sim.ros.picture_messages import (
     CameraMount,
     camera_info_message,
     camera_mount,
+    compressed_message,
     daylight,
     image_message,
     spectator_mount,
@@ -57,13 +58,15 @@ class CameraTopics:
         self._vehicle_frame, self._frame = role_name, role_name + names.frame
         ego = "/carla/" + role_name
         self._image = LoopPublisher(ego + names.image, Image)
+        self._compressed = LoopPublisher(ego + names.image + "/compressed", CompressedImage)
         self._camera_info = LoopPublisher(ego + names.camera_info, CameraInfo)
         self._static_tf = tf2_ros.StaticTransformBroadcaster()
 
     @property
     def wanted(self) -> bool:
         """Whether the camera has subscribers."""
-        return bool(self._image.get_num_connections() or self._camera_info.get_num_connections())
+        topics = self._image, self._compressed, self._camera_info
+        return any(topic.get_num_connections() for topic in topics)
 
     def mount(self, camera: CameraModel, mount: CameraMount) -> None:
         """Publish where the camera is on the vehicle: its optical frame is that of REP 103."""
@@ -78,6 +81,8 @@ class CameraTopics:
         self._info.header.stamp = stamp = rospy.Time(0, stamp_ns)
         self._camera_info.publish(self._info)
         self._image.publish(image_message(picture, stamp, self._frame))
+        if self._compressed.get_num_connections():
+            self._compressed.publish(compressed_message(picture, stamp, self._frame))
 
 
 class OtherCamera:

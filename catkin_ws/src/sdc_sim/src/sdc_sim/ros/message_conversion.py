@@ -10,7 +10,15 @@ import rospy
 from ackermann_msgs.msg import AckermannDrive
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import Imu, JointState, NavSatFix, NavSatStatus, PointCloud2, PointField
+from sensor_msgs.msg import (
+    Imu,
+    JointState,
+    LaserScan,
+    NavSatFix,
+    NavSatStatus,
+    PointCloud2,
+    PointField,
+)
 from std_msgs.msg import Header
 
 from sdc_common.driving import Command
@@ -19,7 +27,14 @@ from sdc_common.ros import odometry
 from sdc_common.ros.odometry import yaw_from_quaternion
 from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.vehicle import VehicleState
-from sdc_sim.sensors.model import WHEELS, GnssReading, ImuReading, SensorSettings
+from sdc_sim.sensors.model import (
+    PLANAR_BEAMS,
+    PLANAR_STEP_RAD,
+    WHEELS,
+    GnssReading,
+    ImuReading,
+    SensorSettings,
+)
 
 MAP_FRAME = "map"
 VEHICLE_FRAME = "ego_vehicle"
@@ -148,6 +163,25 @@ def point_cloud_message(reading: np.ndarray, _settings: Any, header: Header) -> 
         row_step=16 * len(points),
         data=points.tobytes(),
         is_dense=True,
+    )
+
+
+def scan_message(reading: np.ndarray, settings: SensorSettings, header: Header) -> LaserScan:
+    """Return the points (N, 4) of the planar lidar as ranges, infinite where no beam hit."""
+    x, y, _, intensity = np.asarray(reading, float).T
+    beams = np.rint(np.arctan2(y, x) / PLANAR_STEP_RAD).astype(int) + PLANAR_BEAMS // 2
+    ranges, intensities = np.full(PLANAR_BEAMS, np.inf), np.zeros(PLANAR_BEAMS)
+    ranges[beams], intensities[beams] = np.hypot(x, y), intensity
+    first_rad = -(PLANAR_BEAMS // 2) * PLANAR_STEP_RAD
+    return LaserScan(
+        header=header,
+        angle_min=first_rad,
+        angle_max=first_rad + (PLANAR_BEAMS - 1) * PLANAR_STEP_RAD,
+        angle_increment=PLANAR_STEP_RAD,
+        scan_time=settings.period_s,
+        range_max=settings.range_m,
+        ranges=ranges.tolist(),
+        intensities=intensities.tolist(),
     )
 
 

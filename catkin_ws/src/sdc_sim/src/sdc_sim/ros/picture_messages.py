@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from typing import IO, NamedTuple, Sequence
 
+import cv2
 import numpy as np
 import rospy
 from geometry_msgs.msg import Pose, PoseStamped
 from scipy.spatial.transform import Rotation
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 
 from sdc_sim.camera.camera_model import CameraModel
@@ -18,6 +19,10 @@ from sdc_sim.camera.camera_model import CameraModel
 _MAX_SPECTATOR_M = 50.0
 _MAX_SPECTATOR_PITCH_RAD = 0.49
 _LEAST_SPECTATOR_HEIGHT_M = 0.2
+
+
+# As image_transport's default.
+_JPEG_QUALITY = 80
 
 
 class CameraMount(NamedTuple):
@@ -52,6 +57,13 @@ def image_message(picture: np.ndarray, stamp: rospy.Time, frame: str = "") -> Im
     (height, width), header = picture.shape[:2], Header(0, stamp, frame)
     pixels = memoryview(picture).cast("B")
     return _Picture(header, height, width, "bgra8", 0, 4 * width, pixels)
+
+
+def compressed_message(picture: np.ndarray, stamp: rospy.Time, frame: str = "") -> CompressedImage:
+    """Return a picture (H, W, 4) of BGRA uint8 as a JPEG, in the form of image_transport."""
+    _, jpeg = cv2.imencode(".jpg", picture[:, :, :3], (cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY))
+    form = "bgr8; jpeg compressed bgr8"
+    return CompressedImage(Header(0, stamp, frame), form, jpeg.tobytes())
 
 
 def camera_info_message(camera: CameraModel, frame: str = "") -> CameraInfo:

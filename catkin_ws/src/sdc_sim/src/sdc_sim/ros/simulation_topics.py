@@ -13,7 +13,7 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from roslib.message import get_message_class
 from sdc_msgs.msg import ObstacleArray
-from sensor_msgs.msg import Imu, JointState, NavSatFix, PointCloud2
+from sensor_msgs.msg import Imu, JointState, LaserScan, NavSatFix, PointCloud2
 from std_msgs.msg import Float32, Header, String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
@@ -31,6 +31,7 @@ from sdc_sim.ros.message_conversion import (
     imu_message,
     odometry_message,
     point_cloud_message,
+    scan_message,
     wheel_speeds_message,
 )
 from sdc_sim.ros.picture_feed import PictureFeed
@@ -120,6 +121,9 @@ class SimulationTopics:
                 place = Transform(Vector3(*MOUNTS_M[name]), Quaternion(0.0, 0.0, 0.0, 1.0))
                 header = Header(frame_id=self._setup.values.role_name)
                 transforms.append(TransformStamped(header, frame, place))
+            if name == "planar_lidar":
+                scans = LoopPublisher(self._setup.ego + "/scan", LaserScan, latch=True)
+                rows.append((field, scan_message, self._setup.sensors[name], frame, scans))
         if transforms:
             self._static_tf = tf2_ros.StaticTransformBroadcaster()
             self._static_tf.sendTransform(transforms)
@@ -128,7 +132,9 @@ class SimulationTopics:
     def _publish_readings(self) -> None:
         for field, convert, settings, frame, publisher in self._sensors:
             reading = getattr(self._world.snapshot.readings, field)
-            if reading is not None:
+            # The same reading in a second form, for those who want it.
+            unwanted = convert is scan_message and not publisher.get_num_connections()
+            if reading is not None and not unwanted:
                 publisher.publish(convert(reading, settings, self._world.header(frame)))
 
     def _table(self, left_out: set[str]) -> dict[str, Topic]:
@@ -194,6 +200,12 @@ class SimulationTopics:
         if self._clock:
             self._clock.publish(rospy.Time(0, self._simulation.snapshot.stamp_ns))
 
+    def publish_clock(self, since_tick_s: float = 0.0) -> None:
+        """Publish the time of the last tick, or a later one before the next tick."""
+        if self._clock:
+            later_ns = round(since_tick_s * 1e9)
+            self._clock.publish(rospy.Time(0, self._simulation.stamp_ns + later_ns))
+
     def publish(self) -> None:
         """Publish all but the picture."""
         observation, truth = self._simulation.snapshot, self._setup.values.truth
@@ -208,8 +220,7 @@ class SimulationTopics:
         if self._odometry:
             self._odometry.publish(odometry)
         # The observation is older than the clock by the latency of the sensors.
-        if self._clock:
-            self._clock.publish(rospy.Time(0, self._simulation.stamp_ns))
+        self.publish_clock()
         if truth and self._transform.get_num_connections():
             self._transform.publish([vehicle_transform(odometry)])
         self._publish(CHANGE, TICK, STATUS)

@@ -34,6 +34,8 @@ from sdc_sim.road.scenery import (
 )
 from sdc_sim.sensors.model import (
     MOUNTS_M,
+    PLANAR_BEAMS,
+    PLANAR_STEP_RAD,
     Moment,
     SensorContext,
     SensorModel,
@@ -380,5 +382,6 @@ class LidarModel(SensorModel):
 
 RINGS_RAD = np.radians(np.arange(-15.0, 16.0, 2.0))
 RoofLidar = partial(LidarModel, 1024, 1024, RINGS_RAD, MOUNTS_M["lidar"])
-# 270 degrees in steps of a quarter.
-PlanarLidar = partial(LidarModel, 1440, 1080, np.zeros(1), MOUNTS_M["planar_lidar"])
+PlanarLidar = partial(
+    LidarModel, round(_TURN / PLANAR_STEP_RAD), PLANAR_BEAMS, np.zeros(1), MOUNTS_M["planar_lidar"]
+)

@@ -31,6 +31,9 @@ MOUNTS_M = {
     "lidar": (0.0, 0.0, 2.4),
     "planar_lidar": (2.35, 0.0, 0.6),
 }
+# The beams of the planar lidar: 270 degrees in steps of a quarter.
+PLANAR_BEAMS = 1080
+PLANAR_STEP_RAD = 2.0 * np.pi / 1440
 WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
 
 
