@@ -115,7 +115,17 @@ class ServerTest(tornado.testing.AsyncHTTPTestCase):
         assert self.code(f"/drives/../secret.txt?key={key}") == 403
 
     def get_httpserver_options(self):
-        return server.LIMITS
+        assert 0.0 < server.LIMITS["idle_connection_timeout"] <= 30.0
+        return {**server.LIMITS, "idle_connection_timeout": 0.2}
+
+    @tornado.testing.gen_test
+    async def test_connection_without_a_request_is_closed_and_a_viewer_stays(self):
+        viewer = await self.connect()
+        reader, writer = await asyncio.open_connection("127.0.0.1", self.get_http_port())
+        assert await asyncio.wait_for(reader.read(), 10.0) == b""
+        writer.close()
+        await viewer.write_message("{}")
+        assert "unknown type" in await viewer.read_message()
 
     def test_body_is_refused_before_the_server_keeps_it(self):
         for size in (1, 10_000_000):

@@ -30,7 +30,13 @@ _LIBRARY_FOLDER = Path("/usr/share/javascript")
 _PING_S = 10.0
 # Arguments of the HTTP server. No request has a body; without a limit, the server keeps a body of
 # 100 MB in memory before it looks for the token.
-LIMITS = {"max_body_size": 0, "max_buffer_size": 1 << 20, "max_header_size": 1 << 14}
+LIMITS = {
+    "max_body_size": 0,
+    "max_buffer_size": 1 << 20,
+    "max_header_size": 1 << 14,
+    # A connection without a request takes one of the files that this process can open [s].
+    "idle_connection_timeout": 5.0,
+}
 _HEADERS = {
     "Content-Security-Policy": (
         "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
