@@ -3,6 +3,7 @@
 import glob
 import math
 import os
+import xml.etree.ElementTree as ElementTree
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,10 +14,11 @@ from scipy.spatial import cKDTree
 from sdc_common.geometry.road_line import sharpest_turn
 from sdc_map import network_file
 from sdc_map.joints import joint
-from sdc_map.lane_graph import LaneGraph, NoRouteError, drawn_places
+from sdc_map.lane_graph import LaneGraph, NoRouteError
 from sdc_map.mission import plan_mission
 from sdc_map.network import BROKEN, DOUBLE, SOLID, STOP, WALKING, YIELD, edge_of
 from sdc_map.network_file import MapError, load_network
+from sdc_map.opendrive_lanes import OpenDriveLanes
 from sdc_testing.street_maps import dense, lane, needs_maps, opendrive, town, write
 
 pytestmark = needs_maps
@@ -127,20 +129,6 @@ def test_way_over_short_roads_has_their_length_and_does_not_fold_back(tmp_path):
     assert mission.points_m[:, 1] == pytest.approx(-5.75, abs=0.01)
 
 
-@pytest.mark.parametrize("path", ["", *_OTHERS])
-def test_drawn_routes_neither_jump_nor_fold_back(tmp_path, path):
-    network = load_network(path or town(tmp_path, "--opendrive-output", "town.xodr"))
-    graph = LaneGraph(network)
-    for seed in range(1000, 1040):
-        start, goal = drawn_places(graph, seed)
-        mission = plan_mission(graph, [goal], *start)
-        way = [network.lanes[name] for name in mission.lanes]
-        for one, other in zip(way, way[1:]):
-            if other.id in one.successors:
-                assert other.points_m[0] == pytest.approx(one.points_m[-1], abs=0.01)
-        assert np.degrees(sharpest_turn(mission.points_m)[0]) < 75.0, seed
-
-
 def test_lane_over_sections_of_other_numbers_is_followed(tmp_path):
     # Lane -1 becomes lane -2 where a lane begins on its left, which grows to 3 m within 20 m.
     begins = lane(-1, (0.0, 0.15))
@@ -237,6 +225,15 @@ def test_lanes_lead_on_over_a_direct_junction(tmp_path, name):
             plan_mission(graph, [(180, -8.75)], 20, -5.25, 0.0)
     unlinked = "links of direct junctions between other lanes (1, the first: 1 -9 to 2 -9)"
     assert network.left_out == ((unlinked,) if name == "exit" else ())
+
+
+@pytest.mark.parametrize(("beside_m", "place_m"), [(-1.8, 40.0), (1.8, 40.0), (9.0, 49.0)])
+def test_place_of_netconvert_near_a_border_of_sections_is_the_border(beside_m, place_m):
+    section = f'<laneSection s="40"><center>{lane(0)}</center></laneSection></lanes>'
+    text = opendrive("<line/>", 80, lane(-1)).replace("</lanes>", section)
+    place = np.array([10.0, -4.0]) + (40.0 + beside_m) * np.array([math.cos(0.3), math.sin(0.3)])
+    lanes = OpenDriveLanes(ElementTree.fromstring(text))
+    assert lanes.place_m("7", *place) == pytest.approx(place_m, abs=0.01)
 
 
 def test_positions_ignore_projection_and_offset(tmp_path):

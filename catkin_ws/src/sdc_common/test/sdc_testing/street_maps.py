@@ -70,7 +70,7 @@ _STREETS = (
 )
 
 
-def town(folder, output="-o", name="town.net.xml", mid="priority"):
+def town(folder, output="-o", name="town.net.xml", mid="priority", turns="--no-turnarounds"):
     """Make a small town of two junctions with netconvert; return the path of its map.
 
     The street a-b-c from west to east has priority at `mid`, of this type, and a light at `light`.
@@ -92,7 +92,7 @@ def town(folder, output="-o", name="town.net.xml", mid="priority"):
     path = os.path.join(str(folder), name)
     sumolib = importlib.util.find_spec("sumolib").origin
     program = os.path.join(os.path.dirname(os.path.dirname(sumolib)), "sumo", "bin", "netconvert")
-    options = ["-n", files[0], "-e", files[1], "--no-turnarounds", "--offset.disable-normalization"]
+    options = ["-n", files[0], "-e", files[1], turns, "--offset.disable-normalization"]
     subprocess.run(
         [
             program,

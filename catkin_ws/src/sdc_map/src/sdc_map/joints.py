@@ -13,6 +13,8 @@ from sdc_map.network import part_of
 _STEP_M = 0.5
 # A line that turns by more at a step is no way for a car: its radius is below 1.9 m.
 _SHARPEST_RAD = np.radians(15.0)
+# A line between places that are closer to each other is no longer than its errors.
+_SHORTEST_M = 0.5
 # Its direction is that of the lanes so close to it.
 _NEAR_M = 1.0
 
@@ -29,16 +31,29 @@ def joint(before: np.ndarray, after: np.ndarray, lines: Iterable[np.ndarray]) ->
     """
     tail, head = _start_of(before[::-1])[::-1], _start_of(after)
     start, end = tail[-1], head[0]
-    for line in lines:
+    for line in lines if np.hypot(*(end - start)) > _SHORTEST_M else ():
         s = arc_lengths(line)
         along = (s / max(s[-1], 1e-9))[:, None]
         line = line + (1.0 - along) * (start - line[0]) + along * (end - line[-1])
-        if _sharpest_rad(np.vstack([tail, line, head])) < _SHARPEST_RAD:
+        whole = np.vstack([tail, line, head])
+        s = arc_lengths(whole)
+        turns = turns_rad(whole, s, np.arange(_STEP_M, s[-1] - _STEP_M, _STEP_M), _STEP_M)
+        if turns.max(initial=0.0) < _SHARPEST_RAD:
             return line
-    # A cubic Hermite spline.
-    distance_m = np.hypot(*(end - start))
-    t = np.linspace(0.0, 1.0, int(distance_m / _STEP_M) + 2)[:, None]
-    leave, arrive = (distance_m * _direction(part) for part in (tail, head))
+    return curve(tail, head)
+
+
+def curve(tail: np.ndarray, head: np.ndarray) -> np.ndarray:
+    """Return the cubic Hermite spline (N, 2) from the end of a line to the start of another [m].
+
+    Between the ends of an arc, it is nearly that arc.
+    """
+    start, end = tail[-1], head[0]
+    leave, arrive = _direction(tail), _direction(head)
+    half_cos = np.sqrt(np.clip(0.5 + 0.5 * (leave @ arrive), 0.0, 1.0))
+    tangent_m = np.hypot(*(end - start)) * 2.0 / (1.0 + half_cos)
+    t = np.linspace(0.0, 1.0, int(tangent_m / _STEP_M) + 2)[:, None]
+    leave, arrive = tangent_m * leave, tangent_m * arrive
     return (
         (1.0 + 2.0 * t) * (1.0 - t) ** 2 * start
         + t * (1.0 - t) ** 2 * leave
@@ -56,10 +71,15 @@ def _direction(points_m: np.ndarray) -> np.ndarray:
     return step / max(float(np.hypot(*step)), 1e-9)
 
 
-def _sharpest_rad(points_m: np.ndarray) -> float:
-    """Return the greatest angle by which a line turns at a step [rad]."""
-    s = arc_lengths(points_m)
-    steps = np.diff(interpolate(np.arange(0.0, s[-1], _STEP_M), s, points_m), axis=0)
-    x, y = steps.T
-    cross = x[:-1] * y[1:] - y[:-1] * x[1:]
-    return float(np.abs(np.arctan2(cross, np.sum(steps[1:] * steps[:-1], axis=1))).max(initial=0.0))
+def turns_rad(points: np.ndarray, s: np.ndarray, at: np.ndarray, chord_m: float) -> np.ndarray:
+    """Return the angles (M,) between the chords before and behind places (M,) of a line [rad].
+
+    Args:
+        points: (N, 2) points of the line [m]
+        s: (N,) their arc lengths [m]
+        at: (M,) places along it [m]
+        chord_m: length of the chords [m]
+    """
+    before, place, behind = (interpolate(at + step, s, points) for step in (-chord_m, 0.0, chord_m))
+    (x, y), (u, v) = (place - before).T, (behind - place).T
+    return np.abs(np.arctan2(x * v - y * u, x * u + y * v))

@@ -9,6 +9,7 @@ import numpy as np
 
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import interpolate, smooth_step
+from sdc_map.drivable import drivable_line
 from sdc_map.lane_graph import CHANGE_M, LaneGraph, NoRouteError, change_m
 from sdc_map.network import Network, RoadLane, part_of
 
@@ -49,7 +50,7 @@ def plan_mission(
     if start is None:
         raise NoRouteError(f"no lane is within {NEAR_M:g} m of ({x_m:.1f}, {y_m:.1f})")
     lanes: list[str] = []
-    pieces, ends_m, time_s = [], [], 0.0
+    pieces, ends, time_s = [], [], 0.0
     for x, y in goals:
         name = f"the goal ({x:.1f}, {y:.1f})"
         goal = graph.network.nearest(x, y, within_m=NEAR_M)
@@ -64,9 +65,10 @@ def plan_mission(
         time_s += seconds
         lanes += way
         pieces += list(_pieces(graph.network, way, start.s_m, goal.s_m))
-        ends_m.append(sum(float(arc_lengths(points)[-1]) for points, _ in pieces))
+        ends.append(len(pieces))
         start = goal
-    return Mission(*_resampled(pieces), tuple(lanes), tuple(ends_m), time_s)
+    points, limits, ends_m = _resampled(pieces, ends)
+    return Mission(points, limits, tuple(lanes), ends_m, time_s)
 
 
 def _spread(network: Network, way: list[str], closed: AbstractSet[str]) -> list[str]:
@@ -127,14 +129,27 @@ def _change(lane: RoadLane, other: RoadLane, start: float, end: float) -> np.nda
     return (1.0 - weight) * next(ways) + weight * next(ways)
 
 
-def _resampled(pieces: Sequence[tuple[np.ndarray, float]]) -> tuple[np.ndarray, np.ndarray]:
-    """Return points about 1 m apart along pieces of lines, and the speed limit at each."""
+def _resampled(
+    pieces: Sequence[tuple[np.ndarray, float]], ends: Sequence[int]
+) -> tuple[np.ndarray, np.ndarray, tuple[float, ...]]:
+    """Return points about 1 m apart along pieces of lines, with their limits, and goals along them.
+
+    A goal is at the end of the pieces before one of the numbers `ends`. Where a car cannot drive
+    the pieces, the points are those of a curve beside them.
+    """
     points = np.vstack([part for part, _ in pieces])
     limits = np.repeat([limit for _, limit in pieces], [len(part) for part, _ in pieces])
     s = arc_lengths(points)
+    behind = np.cumsum([len(part) for part, _ in pieces])
+    ends_m = s[behind[np.array(ends) - 1] - 1]
+    line = drivable_line(points, s[[*behind[:-1], *(behind[:-1] - 1)]])
+    if line.points_m is not points:
+        row = np.minimum(np.searchsorted(s, line.s_m, side="right") - 1, len(s) - 1)
+        points, limits, s = line.points_m, limits[row], arc_lengths(line.points_m)
+        ends_m = np.interp(ends_m, line.s_m, s)
     # Of two points at one place the second one has the limit from there on.
     kept = np.append(np.diff(s) > 1e-3, True)
     points, limits, s = points[kept], limits[kept], s[kept]
     at = np.linspace(0.0, s[-1], max(2, round(s[-1] / _STEP_M) + 1))
     here = np.minimum(np.searchsorted(s, at, side="right") - 1, len(s) - 1)
-    return interpolate(at, s, points), limits[here]
+    return interpolate(at, s, points), limits[here], tuple(ends_m.tolist())

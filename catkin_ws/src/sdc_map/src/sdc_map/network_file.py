@@ -24,9 +24,11 @@ from typing import Any, Iterator
 from xml.sax import SAXException
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.validation import DocumentError
+from sdc_map.drivable import without_bends
 from sdc_map.joints import joint
 from sdc_map.map_file import map_file
 from sdc_map.network import (
@@ -68,6 +70,10 @@ _FIX = "check the file, for example with asam-qc-opendrive, or read a part of it
 _ELEVATION_M = 0.05
 # Lanes with a lower limit, such as those of car parks in SUMO, are not for cars.
 _SLOWEST_MPS = 2.0
+# netconvert's line of a lane, on which traffic drives, is beside that of the file by more [m].
+_BESIDE_M = 0.5
+_BESIDE = f"lanes whose line in netconvert, that of traffic, is over {_BESIDE_M} m beside"
+_REFUSED = "bends that no car can drive"
 _UNCROSSED = (SOLID, DOUBLE, KERB)
 # By the letter of SUMO's connections: those that must stop or give way.
 _LINES = {"s": STOP, "w": STOP, "m": YIELD}
@@ -129,7 +135,7 @@ def _loaded(path: str, _: int) -> Network:
         network = _network(name, net, own, crosswalks, "" if own else places)
     except (SAXException, ValueError, LookupError, AttributeError) as error:
         raise MapError(f"{path}: is no complete network of SUMO ({error!r})") from None
-    network.left_out = tuple(left_out)
+    network.left_out = (*left_out, *network.left_out)
     return network
 
 
@@ -221,9 +227,9 @@ def _network(
                 leads[start].append(following)
                 comes[following].append(start)
     lines = {name: _points(lane.getShape()) for name, lane in sources.items()}
-    if own is not None:
-        _take_lines_of_file(lines, sources, own, leads)
+    found = {_BESIDE: [] if own is None else _take_lines_of_file(lines, sources, own, leads)}
     lanes = [_lane(lane, lines[one], own, leads[one], comes[one]) for one, lane in sources.items()]
+    lanes, found[_REFUSED] = without_bends(lanes)
     for edge in net.getEdges():
         for lane in edge.getLanes() if edge.getFunction() == "crossing" else ():
             line = RoadLane("", _points(lane.getShape()), lane.getWidth(), 0.0)
@@ -233,7 +239,11 @@ def _network(
     heights = [point[2] for lane in sources.values() for point in lane.getShape3D()]
     is_flat = not heights or max(heights) - min(heights) < _ELEVATION_M
     bays, stops = _places(places, {lane.id: lane for lane in lanes})
-    return Network(name, lanes, junctions, crosswalks, is_flat, bays, stops)
+    network = Network(name, lanes, junctions, crosswalks, is_flat, bays, stops)
+    network.left_out = tuple(
+        f"{what} ({len(texts)}, the first: {texts[0]})" for what, texts in found.items() if texts
+    )
+    return network
 
 
 def _places(path: str, lanes: dict[str, RoadLane]) -> tuple[list[np.ndarray], list[np.ndarray]]:
@@ -269,18 +279,25 @@ def _points(shape: Any) -> np.ndarray:
 
 def _take_lines_of_file(
     lines: dict[str, np.ndarray], sources: dict, own: OpenDriveLanes, leads: dict[str, list[str]]
-) -> None:
-    """Replace the centre lines of netconvert by those of OpenDRIVE.
+) -> list[str]:
+    """Replace the centre lines of netconvert by those of OpenDRIVE, and return where both differ.
 
     netconvert cuts roads where its junctions begin, which overlap where a road is short, and gives
     a lane one width. A road has its whole length here, and lanes in junctions join both ends.
     """
+    beside = []
     outside = {name: lane for name, lane in sources.items() if name[0] != ":"}
     for name, lane in outside.items():
         road, number = _origin(lane)
         if road:
             line = own.line(road, number, *_ends_m(lane, own, road, number))
-            lines[name] = lines[name] if line is None else _points(line)
+            if line is None:
+                continue
+            distances_m = cKDTree(line).query(lines[name])[0]
+            if distances_m.max() > _BESIDE_M:
+                x, y = lines[name][np.argmax(distances_m)]
+                beside.append((-distances_m.max(), f"{name} at ({x:.0f}, {y:.0f})"))
+            lines[name] = _points(line)
     for name, lane in outside.items():
         for connection in lane.getOutgoing():
             end = connection.getToLane().getID()
@@ -295,6 +312,7 @@ def _take_lines_of_file(
             cuts = shares / max(shares[-1], 1e-9) * s[-1]
             for one, first, last in zip(through, cuts, cuts[1:]):
                 lines[one] = _points(part_of(line, s, first, last))
+    return [f"{text} by {-distance_m:.1f} m" for distance_m, text in sorted(beside)]
 
 
 def _ends_m(lane: Any, own: OpenDriveLanes, road: str, number: str) -> list[float]:

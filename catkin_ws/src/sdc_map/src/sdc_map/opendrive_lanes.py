@@ -17,6 +17,9 @@ from sdc_map.opendrive_file import sections
 from sdc_map.road_geometry import piecewise_cubic, reference_line
 
 _STEP_M = 0.25
+# A place of netconvert that is so close to the border of two lane sections is this border: in long
+# curves, it is up to metres beside its true place.
+_BORDER_M = 2.0
 # Ends of lines that are farther from each other do not belong together.
 _APART_M = 0.5
 
@@ -72,7 +75,7 @@ class OpenDriveLanes:
         share = (np.array([x_m, y_m]) - points[row]) @ step / max(step @ step, 1e-9)
         s_m = float(s[row] + share * (s[row + 1] - s[row]))
         border_m = min((piece.s_m[0] for piece in reference), key=lambda s: abs(s - s_m))
-        return float(border_m) if abs(border_m - s_m) < _STEP_M else s_m
+        return float(border_m) if abs(border_m - s_m) < _BORDER_M else s_m
 
     def line(self, road: str, lane: str, start_m: float, end_m: float) -> np.ndarray | None:
         """Return the centre line (N, 2) of a lane between two places along its road.
@@ -141,5 +144,22 @@ def _pieces(
             number = lane.attrib["id"]
             links = (lane.find("link/" + way) for way in ("predecessor", "successor"))
             ids = (number if link is None else link.attrib["id"] for link in links)
-            yield number, _Piece(s, points + (edge + 0.5 * width)[:, None] * left, *ids)
+            line = points + (edge + 0.5 * width)[:, None] * left
+            kept = _ahead(line, np.column_stack([left[:, 1], -left[:, 0]]))
+            yield number, _Piece(s[kept], line[kept], *ids)
             edge = edge + width
+
+
+def _ahead(points: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Return the rows of the points of a lane that are ahead of those before.
+
+    Inside a corner, and inside a bend of the road closer than the lane, the others are not.
+    """
+    rows = np.arange(len(points))
+    if (np.sum(np.diff(points, axis=0) * directions[1:], axis=1) > 0.0).all():
+        return rows
+    kept = [0]
+    for row in rows[1:]:
+        if (points[row] - points[kept[-1]]) @ directions[row] > 0.0:
+            kept.append(row)
+    return np.array([*kept[: max(len(kept) - 1, 1)], rows[-1]])

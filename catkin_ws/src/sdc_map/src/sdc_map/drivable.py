@@ -1,0 +1,182 @@
+"""Lines that a car can drive: curves in place of the bends and jumps of a map."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Iterator, Mapping, NamedTuple, Sequence
+
+import numpy as np
+
+from sdc_common.geometry.road_line import arc_lengths
+from sdc_common.geometry.route import interpolate
+from sdc_map.joints import curve, turns_rad
+from sdc_map.network import DRIVING, RoadLane, part_of
+
+# Radius of the rear axle's circle at full steer [m]: CARLA's car, 2.87 m / tan(2/3 * 70 degrees).
+LEAST_RADIUS_M = 2.7
+# The turn at a place is the angle between the chords before and behind it, of this length [m].
+_CHORD_M = 2.0
+# Points of a mission are 1 m apart, so that its greatest turns are up to a twentieth greater.
+_SHARPEST_RAD = 0.95 * _CHORD_M / LEAST_RADIUS_M
+# Two lanes that meet are bent if they turn by more, with chords of this length.
+_BENT_RAD = math.radians(15.0)
+_JOINT_CHORD_M = 0.5
+# Bends that are closer to each other are replaced by one curve [m].
+_CLUSTER_M = 8.0
+# A curve begins so far before the bends that it replaces, and ends so far behind them [m].
+_MARGINS_M = (16.0, 8.0, 5.0, 3.0, 2.0)
+# The longest curve is taken that is so close to the line [m], else the closest one.
+_CLOSE_M = 0.3
+# A curve that is farther from the line is not on the road [m].
+_FARTHEST_M = 2.4
+# A line that is farther from the curve leads around something [m].
+_AROUND_CURVE_M = 4.0
+_STEP_M = 0.5
+# So much of the lanes before and behind a connection decides whether a car can drive it [m].
+_AROUND_M = 20.0
+# At most so many lanes before or behind a lane are looked at.
+_BRANCHES = 3
+
+
+class DrivableLine(NamedTuple):
+    """A line with curves in place of the bends of another one."""
+
+    points_m: np.ndarray  # (N, 2) [m]
+    s_m: np.ndarray  # (N,) places of the points along the other line [m]
+    lost_m: tuple[float, ...]  # places along the other line that no car can drive [m]
+
+
+def drivable_line(points_m: np.ndarray, joints_m: Sequence[float]) -> DrivableLine:
+    """Return a line with curves in place of what a car cannot drive.
+
+    Args:
+        points_m: (N, 2) points of the line [m]
+        joints_m: places along it where two lanes meet [m]
+    """
+    s = arc_lengths(points_m)
+    joints = np.array(joints_m)
+    bent = joints[turns_rad(points_m, s, joints, _JOINT_CHORD_M) > _BENT_RAD]
+    bends_m = np.sort(np.append(_sharp_m(points_m, s), bent))
+    if not len(bends_m):
+        return DrivableLine(points_m, s, ())
+    clusters = np.split(bends_m, np.flatnonzero(np.diff(bends_m) > _CLUSTER_M) + 1)
+    borders_m = [0.5 * (a[-1] + b[0]) for a, b in zip(clusters, clusters[1:])]
+    parts, places, lost, begin = [], [], [], 0.0
+    for cluster, low, high in zip(clusters, [0.0, *borders_m], [*borders_m, float(s[-1])]):
+        found = _replacement(points_m, s, cluster, (low, high))
+        if found is None:
+            lost.append(float(cluster[0]))
+            continue
+        start, end, points = found
+        kept = (s >= begin) & (s < start)
+        parts += [points_m[kept], points]
+        places += [s[kept], np.linspace(start, end, len(points))]
+        begin = end + 1e-6
+    kept = s >= begin
+    line = np.vstack([*parts, points_m[kept]])
+    return DrivableLine(line, np.concatenate([*places, s[kept]]), tuple(lost))
+
+
+def _sharp_m(points: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Return the places along a line at which it turns by more than a car can."""
+    at = np.arange(_STEP_M, s[-1], _STEP_M)
+    return at[turns_rad(points, s, at, _CHORD_M) > _SHARPEST_RAD]
+
+
+def _replacement(
+    points: np.ndarray, s: np.ndarray, bends_m: np.ndarray, within_m: tuple[float, float]
+) -> tuple[float, float, np.ndarray] | None:
+    """Return where a curve in place of some bends starts and ends, and its points; None if none."""
+    found = []
+    for margin_m in _MARGINS_M:
+        start, end = (
+            max(bends_m[0] - margin_m, within_m[0]),
+            min(bends_m[-1] + margin_m, within_m[1]),
+        )
+        before = part_of(points, s, max(start - _CHORD_M, 0.0), start)
+        behind = part_of(points, s, end, min(end + _CHORD_M, s[-1]))
+        line = curve(_end_of(before), _end_of(behind[::-1])[::-1])
+        whole = np.vstack([before, line, behind])
+        if len(_sharp_m(whole, arc_lengths(whole))):
+            continue
+        beside = part_of(points, s, start, end)
+        beside = interpolate(np.arange(0.0, end - start, 0.1), arc_lengths(beside), beside)
+        apart = np.hypot(*(line[:, None] - beside).transpose(2, 0, 1))
+        beside_m, cut_m = apart.min(axis=1).max(), apart.min(axis=0).max()
+        if beside_m <= _FARTHEST_M and cut_m <= _AROUND_CURVE_M:
+            found.append((max(beside_m, cut_m), (start, end, line)))
+    close = [row for distance_m, row in found if distance_m <= _CLOSE_M]
+    _, closest = min(found, key=lambda row: row[0], default=(0.0, None))
+    return close[0] if close else closest
+
+
+def _end_of(points: np.ndarray) -> np.ndarray:
+    """Return the last half metre of a line."""
+    s = arc_lengths(points)
+    return part_of(points, s, max(s[-1] - 0.5, 0.0), s[-1])
+
+
+def without_bends(lanes: Sequence[RoadLane]) -> tuple[list[RoadLane], list[str]]:
+    """Return lanes without the connections that no car can drive, and the places of all bends.
+
+    A lane that is bent so itself remains.
+    """
+    known = {lane.id: lane for lane in lanes if lane.kind == DRIVING}
+    refused, texts = set(), []
+    for lane in (one for one in known.values() if not one.junction):
+        for s_m in drivable_line(lane.points_m, ()).lost_m:
+            x, y = lane.at(np.array([s_m]))[0]
+            texts.append(f"{lane.id} at ({x:.0f}, {y:.0f})")
+        for name in lane.successors:
+            through = list(_through(known, name))
+            if through and not _is_drivable(known, lane, through):
+                x, y = lane.points_m[-1]
+                refused.add((lane.id, name))
+                texts.append(f"{lane.id} to {through[-1].id} at ({x:.0f}, {y:.0f})")
+    return [
+        replace(
+            lane,
+            successors=tuple(one for one in lane.successors if (lane.id, one) not in refused),
+            predecessors=tuple(one for one in lane.predecessors if (one, lane.id) not in refused),
+        )
+        if refused
+        else lane
+        for lane in lanes
+    ], texts
+
+
+def _through(lanes: Mapping[str, RoadLane], name: str) -> Iterator[RoadLane]:
+    """Return the lanes from one in a junction to the first behind the junction."""
+    while name in lanes:
+        yield lanes[name]
+        name = lanes[name].successors[0] if lanes[name].junction and lanes[name].successors else ""
+
+
+def _is_drivable(lanes: Mapping[str, RoadLane], lane: RoadLane, through: list[RoadLane]) -> bool:
+    """Return whether a car can drive from a lane over others, by one way before and behind them."""
+    for before in _around(lanes, lane, "predecessors", _AROUND_M):
+        for behind in _around(lanes, through[-1], "successors", _AROUND_M):
+            way = [*before[::-1], *through[:-1], *behind]
+            points = np.vstack([one.points_m for one in way])
+            s = arc_lengths(points)
+            firsts = np.cumsum([len(one.points_m) for one in way[:-1]])
+            first = len(before) - 1
+            begin, end = s[firsts[first] - 1], s[firsts[first + len(through) - 1]]
+            line = drivable_line(points, s[[*firsts, *(firsts - 1)]])
+            if not any(begin - _CHORD_M <= place <= end + _CHORD_M for place in line.lost_m):
+                return True
+    return False
+
+
+def _around(
+    lanes: Mapping[str, RoadLane], lane: RoadLane, side: str, length_m: float
+) -> Iterator[list[RoadLane]]:
+    """Return ways over lanes of a length, from a lane on or back to it."""
+    names = [name for name in getattr(lane, side) if name in lanes]
+    if lane.length_m >= length_m or not names:
+        yield [lane]
+        return
+    for name in names[:_BRANCHES]:
+        for way in _around(lanes, lanes[name], side, length_m - max(lane.length_m, 1.0)):
+            yield [lane, *way]
