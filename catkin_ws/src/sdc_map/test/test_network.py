@@ -182,7 +182,7 @@ def direct(roads, *connections):
 
 _THREE = lane(-1, mark="broken") + lane(-2) + lane(-3)
 _LEFT = lane(1, mark="broken") + lane(2) + lane(3)
-_BEFORE = meeting_road(1, (0, 0, 0), "successor", _THREE, lane(1))
+_BEFORE = meeting_road(1, (0, 0, 0), "successor", _THREE, lane(1) + lane(2))
 _AFTER = meeting_road(2, (100, 0, 0), "predecessor", _TWO, lane(1))
 _RAMP = meeting_road(3, (100, -7, 0), "predecessor", lane(-1))
 _ALONG = [(-1, -1), (-2, -2), (1, 1)]
@@ -192,7 +192,7 @@ _DIRECT = {
     "exit, linked from the other side": direct(
         [_BEFORE, _AFTER, meeting_road(3, (200, -7, math.pi), "successor", "", lane(1))],
         (2, 1, "end", _ALONG),
-        (3, 1, "end", [(1, -3)]),
+        (3, 1, "", [(1, -3)]),
     ),
     # Its left lanes are not in the order of their numbers.
     "exit of a road that begins there": direct(
@@ -220,10 +220,14 @@ def test_lanes_lead_on_over_a_direct_junction(tmp_path, name):
         mission = plan_mission(graph, [(end, y)], start, y, 0.0 if start < end else math.pi)
         assert mission.ends_m == pytest.approx((160.0,), abs=1e-3)
         assert mission.points_m[:, 1] == pytest.approx(y, abs=1e-3)
-    if name != "entry":
-        with pytest.raises(NoRouteError):
-            plan_mission(graph, [(180, -8.75)], 20, -5.25, 0.0)
-    unlinked = "links of direct junctions between other lanes (1, the first: 1 -9 to 2 -9)"
+    # No lane leads to those that are not linked: the ramp, and an outer one of the other direction.
+    for goal, start in (((180, -8.75), (20, -5.25, 0.0)), ((20, 5.25), (180, 1.75, math.pi))):
+        if name.startswith("exit") and network.nearest(*goal, within_m=1.0):
+            with pytest.raises(NoRouteError):
+                plan_mission(graph, [goal], *start)
+    unlinked = (
+        "links of direct junctions between other lanes (1, the first: junction 9, lane -9 to -9)"
+    )
     assert network.left_out == ((unlinked,) if name == "exit" else ())
 
 

@@ -13,6 +13,7 @@ from sdc_map.road_geometry import piecewise_cubic, reference_line
 
 # Length of a connecting road where two roads meet at one point [m].
 _SHORTEST_M = 0.1
+_ENDS = ["start", "end"]
 
 
 class _End(NamedTuple):
@@ -41,40 +42,32 @@ def write_connecting_roads(root: ElementTree.Element, left_out: dict[str, list[s
         name, numbers = junction.attrib["id"], itertools.count()
         for connection in junction.findall("connection"):
             junction.remove(connection)
-            names = connection.attrib["incomingRoad"], connection.attrib["linkedRoad"]
-            linked = roads[names[1]]
-            contact = connection.get("contactPoint") or _contact(linked, name, None)
-            contacts = _contact(roads[names[0]], name, _place(linked, contact)), contact
+            incoming = roads[connection.attrib["incomingRoad"]]
+            linked = roads[connection.attrib["linkedRoad"]]
+            given = connection.get("contactPoint")
+            contacts = [given] if given else _ENDS
+            # The other end of the incoming road may be linked to the same junction.
+            nearer, contact = min(
+                itertools.product(_ENDS, contacts),
+                key=lambda ends: abs(_place(incoming, ends[0]) - _place(linked, ends[1])),
+            )
             for link in connection.findall("laneLink"):
-                lanes = link.attrib["from"], link.attrib["to"]
-                ends = [_end(roads[road], *rest) for road, *rest in zip(names, contacts, lanes)]
-                both = [end for end in ends if end is not None]
-                both.sort(key=lambda end: not end.leads_in)
-                if [end.leads_in for end in both] != [True, False]:
-                    place = f"{names[0]} {lanes[0]} to {names[1]} {lanes[1]}"
+                first = _end(incoming, nearer, link.attrib["from"])
+                last = _end(linked, contact, link.attrib["to"])
+                if not first or not last or first.leads_in == last.leads_in:
+                    text = f"junction {name}, lane {link.get('from')} to {link.get('to')}"
                     what = "links of direct junctions between other lanes"
-                    left_out.setdefault(what, []).append(place)
+                    left_out.setdefault(what, []).append(text)
                     continue
+                if last.leads_in:
+                    first, last = last, first
                 number = f"{name}.direct.{next(numbers)}"
-                root.append(_connecting_road(number, name, *both))
-                made = {"incomingRoad": both[0].road, "connectingRoad": number}
+                root.append(_connecting_road(number, name, first, last))
+                made = {"incomingRoad": first.road, "connectingRoad": number}
                 row = ElementTree.SubElement(
                     junction, "connection", made, id=number, contactPoint="start"
                 )
-                ElementTree.SubElement(row, "laneLink", {"from": both[0].lane, "to": "-1"})
-
-
-def _contact(road: ElementTree.Element, junction: str, place_m: complex | None) -> str:
-    """Return the end of a road that is linked to a junction, of two the nearer one to a place."""
-    found = [
-        contact
-        for way, contact in (("predecessor", "start"), ("successor", "end"))
-        for link in road.findall("link/" + way)
-        if (link.get("elementType"), link.get("elementId")) == ("junction", junction)
-    ] or ["start", "end"]
-    if place_m is None:
-        return found[0]
-    return min(found, key=lambda contact: abs(_place(road, contact) - place_m))
+                ElementTree.SubElement(row, "laneLink", {"from": first.lane, "to": "-1"})
 
 
 def _place(road: ElementTree.Element, contact: str) -> complex:
@@ -83,24 +76,22 @@ def _place(road: ElementTree.Element, contact: str) -> complex:
     return complex(*reference_line(road, s)[0][0])
 
 
-def _end(road: ElementTree.Element, contact: str, lane: str) -> _End | None:
+def _end(road: ElementTree.Element, contact: str, name: str) -> _End | None:
     """Return the end of a lane, None if the road does not have the lane there."""
-    length_m = float(road.attrib["length"])
+    s = np.array([0.0 if contact == "start" else float(road.attrib["length"])])
     section = road.findall("lanes/laneSection")[0 if contact == "start" else -1]
-    s_m = 0.0 if contact == "start" else length_m
-    side = "right" if int(lane) < 0 else "left"
-    sign = -1.0 if int(lane) < 0 else 1.0
-    inner_m = float(piecewise_cubic(road.findall("lanes/laneOffset"), "s", np.array([s_m]))[0])
-    found = section.findall(side + "/lane")
-    for element in sorted(found, key=lambda one: abs(int(one.attrib["id"]))):
-        at = np.array([s_m - float(section.attrib["s"])])
-        width_m = float(piecewise_cubic(element.findall("width"), "sOffset", at)[0])
-        if element.attrib["id"] == lane:
-            _, (heading_rad,) = reference_line(road, np.array([s_m]))
+    side, sign = ("right", -1.0) if int(name) < 0 else ("left", 1.0)
+    inner_m = piecewise_cubic(road.findall("lanes/laneOffset"), "s", s)[0]
+    lanes = section.findall(side + "/lane")
+    for lane in sorted(lanes, key=lambda one: abs(int(one.attrib["id"]))):
+        at = s - float(section.attrib["s"])
+        width_m = float(piecewise_cubic(lane.findall("width"), "sOffset", at)[0])
+        if lane.attrib["id"] == name:
+            heading_rad = float(reference_line(road, s)[1][0])
             edge_m = _place(road, contact) + 1j * inner_m * np.exp(1j * heading_rad)
-            direction_rad = heading_rad + (0.0 if sign < 0.0 else math.pi)
-            kind = element.get("type", "")
-            return _End(road.attrib["id"], contact, lane, kind, width_m, edge_m, direction_rad)
+            heading_rad += math.pi if sign > 0.0 else 0.0
+            kind = lane.get("type", "")
+            return _End(road.attrib["id"], contact, name, kind, width_m, edge_m, heading_rad)
         inner_m += sign * width_m
     return None
 
