@@ -101,10 +101,12 @@ def places_along(network: Network, route: Route) -> Iterator[tuple[float, LanePl
 
 
 def limits_along(network: Network, route: Route) -> np.ndarray:
-    """Return (N,) speed limits of the lanes at the points of a route, inf without a lane [m/s]."""
-    found = [
-        (s_m, network.lanes[at.lane].speed_limit_mps) for s_m, at in places_along(network, route)
-    ]
+    """Return (N,) speed limits at the points of a route, inf before its first lane [m/s].
+
+    In a junction, where lanes overlap, the limit is that of the lane before it.
+    """
+    places = ((s_m, network.lanes[place.lane]) for s_m, place in places_along(network, route))
+    found = [(s_m, lane.speed_limit_mps) for s_m, lane in places if not lane.junction]
     s_m, limits_mps = np.array([(-math.inf, math.inf), *found]).T
     return limits_mps[np.searchsorted(s_m, route.s, side="right") - 1]
 
