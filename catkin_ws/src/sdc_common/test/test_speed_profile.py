@@ -4,9 +4,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from sdc_common.configuration import node_config
 from sdc_common.geometry.route import Route
 from sdc_common.planning.speed_profile import SpeedLimits, limited_speeds
-from sdc_common.planning.speed_reasons import MEANINGS
 
 LIMITS = {"cruise_mps": 10.0, "lateral_mps2": 4.0, "acceleration_mps2": 1.8, "braking_mps2": 2.5}
 STEP_M = 0.5
@@ -69,7 +69,7 @@ def test_car_brakes_before_a_bend_and_accelerates_after_it(sign):
         "end_of_route",
     ]
     assert {reasons[i] for i in np.flatnonzero(bend)} == {"bend"}
-    assert set(reasons) < set(MEANINGS)
+    assert set(reasons) < set(node_config("sdc_sim", "report_page")["speed_reasons"])
 
 
 @pytest.mark.parametrize("step_m", [0.5, 2.0])

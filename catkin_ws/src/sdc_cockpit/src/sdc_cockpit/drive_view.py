@@ -18,15 +18,16 @@ from sdc_msgs.msg import LaneOffset, ObstacleArray, SpeedReason
 from sdc_cockpit.road_view import RoadView
 from sdc_cockpit.sensor_view import SensorView
 from sdc_cockpit.topic_feeds import Feed, decoded, seconds_of, stamp_of
-from sdc_common.planning.speed_reasons import MEANINGS
 from sdc_common.ros.conversion import stop_lines
 from sdc_common.ros.odometry import GROUND_TRUTH, pose_and_speed, yaw_from_quaternion
 from sdc_common.ros.refusal import refusing
 from sdc_common.ros.speed_reason_publisher import DETAIL_TOPIC as SPEED_DETAIL
 from sdc_common.ros.speed_reason_publisher import TOPIC as SPEED_REASON
 from sdc_sim.ros.waypoint_messages import waypoint_rows
+from sdc_sim.yaml_document import packaged_config
 
 EGO = "/carla/ego_vehicle"
+MEANINGS = packaged_config("report_page")["speed_reasons"]
 ODOMETRY = EGO + "/odometry"
 STATUS = EGO + "/vehicle_status"
 OBSTACLES = EGO + "/obstacles"

@@ -11,7 +11,6 @@ import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from sdc_common.planning.speed_reasons import MEANINGS as REASONS
 from sdc_sim.evaluation.drive_evaluation import (
     COLUMNS,
     LIGHTS,
@@ -21,7 +20,7 @@ from sdc_sim.evaluation.drive_evaluation import (
     DriveEvaluation,
 )
 from sdc_sim.evaluation.route_progress import COMPLETED, DriveEvent
-from sdc_sim.report.plots import EVENT_NAMES, headline, svg_map, svg_panels
+from sdc_sim.report.plots import EVENT_NAMES, SPEED_REASONS, headline, svg_map, svg_panels
 from sdc_sim.yaml_document import packaged_config
 
 # The meaning of each metric, in the order of the table.
@@ -132,7 +131,7 @@ def slider_data(result: DriveEvaluation) -> str:
     data = {
         "start_s": start_s,
         "ticks": {name: _packed(column) for name, column in ticks.items()},
-        "reasons": [[name, REASONS.get(name, "")] for name in texts["reason"]],
+        "reasons": [[name, SPEED_REASONS.get(name, "")] for name in texts["reason"]],
         "details": texts["detail"],
         "route": _rounded(route[:: len(route) // _MAX_ROUTE_POINTS + 1]),
         "paths": entries(PATH, _rounded),

@@ -30,6 +30,7 @@ GREEN, RED, GREY, BLACK = "#2e8b57", "#c0392b", "#5f6368", "#202124"
 DRIVEN, PLANNED, LIMIT, ROAD = "#1f5fa8", "#f5c26b", "#9aa0a6", "#dfe3e8"
 _PAGE = packaged_config("report_page")
 EVENT_NAMES: dict[str, str] = _PAGE["event_names"]
+SPEED_REASONS: dict[str, str] = _PAGE["speed_reasons"]
 # More points are not visible and make the page large.
 _MAX_POINTS = 4000
 _MAX_COLOURED_PIECES = 1200
