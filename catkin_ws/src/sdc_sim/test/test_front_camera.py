@@ -1,6 +1,7 @@
 """Front camera: what its pictures show, and how the simulator hands observations over."""
 
 import io
+import socket
 import threading
 from multiprocessing import Pipe
 from multiprocessing.connection import Client
@@ -77,6 +78,20 @@ def test_real_time_and_repeated_pictures_drop_what_a_busy_camera_cannot_take(fee
     sim.show(seen_at(5), again=True)
     assert unpacked(camera.recv_bytes()) == seen_at(5)
     assert not camera.poll(0.1)
+
+
+def test_feed_waits_for_a_request_with_the_default_timeout_that_rospy_sets(feed):
+    before = socket.getdefaulttimeout()
+    socket.setdefaulttimeout(60.0)
+    try:
+        sim = feed(every_frame=False)
+        camera, _ = connect(feed.path)
+        assert not camera.poll(0.2)  # it would be readable at its end
+        request(sim, camera)
+        sim.show(seen_at(1))
+        assert unpacked(camera.recv_bytes()) == seen_at(1)
+    finally:
+        socket.setdefaulttimeout(before)
 
 
 def test_neither_end_of_the_feed_accepts_a_process_of_another_user(feed, monkeypatch):

@@ -188,6 +188,8 @@ def connect(name: str) -> tuple[Connection, PictureSettings]:
 def _is_own(connection: Connection) -> bool:
     """Return whether the process at the other end is one of this user."""
     with socket.socket(fileno=os.dup(connection.fileno())) as link:
+        # rospy sets a default timeout, with which a new socket does not block; nor does its copy.
+        link.setblocking(True)
         found = link.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
     return _CREDENTIALS.unpack(found)[1] == os.geteuid()
 
