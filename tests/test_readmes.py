@@ -148,3 +148,15 @@ def test_arguments_of_all_launch_are_documented():
     text = (ROOT / "README.md").read_text(encoding="utf-8") + documentation("sdc_package")
     assert names
     assert [name for name in names if f"| `{name}` |" not in text] == []
+
+
+def test_adapters_for_other_nodes_are_python_and_use_topics_of_the_contract():
+    page = (ROOT / "docs" / "integration.md").read_text(encoding="utf-8")
+    contract = (ROOT / "docs" / "bridge.md").read_text(encoding="utf-8")
+    adapters = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    assert len(adapters) == 4
+    for adapter in adapters:
+        compile(adapter, "integration.md", "exec")
+        topics = re.findall(r'"(/(?:carla|planner)/[a-z_/]+)"', adapter)
+        assert topics
+        assert [topic for topic in topics if f"`{topic}`" not in contract] == []

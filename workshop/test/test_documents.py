@@ -25,9 +25,10 @@ ALL_PAGES = sorted(path for path in FILES if path.suffix == ".md")
 WRITTEN = re.compile(
     r"(report|replay|grades|moodle|canvas|copies|results|mine|my_\w+|tight_route|predictions|\w+_LAB|NAME|FILE|STUDY|road)\.\w+"
 )
-# Files of CARLA, of its own bridge and of autoware_mini.
+# Files of CARLA, of its own bridge, of autoware_mini, and of the projects in docs/integration.md.
 FOREIGN = re.compile(
     r"carla_\w+\.launch|ros_sensors\.md|(carla|control|planning)\.yaml|waypoints_\w+_1m\.csv"
+    r"|(pursuit|dbw_node|lkas|pid)\.py|raceline\.csv"
     r"|(path_smoothing|\w*_follower|carla_\w+|waypoint_loader|config)\.py|CarlaUE4\.sh"
 )
 
