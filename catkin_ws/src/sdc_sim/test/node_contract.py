@@ -127,6 +127,16 @@ class ContractTest(unittest.TestCase):
             (odometry.header.frame_id, odometry.child_frame_id), ("map", "ego_vehicle")
         )
 
+    def test_clock_does_not_go_back_when_a_paused_world_is_reset(self):
+        clock = MessageListener("/clock", Clock)
+        for count in range(7, 42, 7):
+            wait_until(lambda count=count: len(clock.messages) > count)
+            self.call("pause")
+            self.call("reset")
+            self.call("resume")
+        stamps = [message.clock.to_nsec() for message in clock.messages]
+        self.assertGreaterEqual(min(np.diff(stamps)), 0)
+
     def test_transforms_from_map_to_camera(self):
         buffer = tf2_ros.Buffer()
         listener = tf2_ros.TransformListener(buffer)

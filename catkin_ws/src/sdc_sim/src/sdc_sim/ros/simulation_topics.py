@@ -91,6 +91,7 @@ class SimulationTopics:
         if setup.shows_truth:
             self._odometry = LoopPublisher(self.odometry_topic, Odometry, latch=True)
         self._clock = LoopPublisher("/clock", Clock, latch=True) if setup.number == 1 else None
+        self._clock_ns = 0  # the last time on it, which never goes back
         self._transform = rospy.Publisher("/tf", TFMessage, queue_size=10)
         # Topics that not every bridge has, and those of sensors that are on.
         optional = set().union(*(version.topics for version in BRIDGE_VERSIONS.values()))
@@ -203,8 +204,10 @@ class SimulationTopics:
     def publish_clock(self, since_tick_s: float = 0.0) -> None:
         """Publish the time of the last tick, or a later one before the next tick."""
         if self._clock:
-            later_ns = round(since_tick_s * 1e9)
-            self._clock.publish(rospy.Time(0, self._simulation.stamp_ns + later_ns))
+            # A pause may begin between two ticks, and a change publishes the last tick again.
+            now_ns = self._simulation.stamp_ns + round(since_tick_s * 1e9)
+            self._clock_ns = max(self._clock_ns, now_ns)
+            self._clock.publish(rospy.Time(0, self._clock_ns))
 
     def publish(self) -> None:
         """Publish all but the picture."""
