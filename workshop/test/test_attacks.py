@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from sdc_experiments.sandbox import user_id
-from sdc_workshop.exam.limits import control_groups, entering, kills
+from sdc_workshop.exam.limits import control_groups, entering, has_share, kills
 from sdc_workshop.grading.grade import line
 from sdc_workshop.grading.grading import Conditions, grade
 from sdc_workshop.grading.handed_in import names
@@ -92,12 +92,12 @@ def hello(world, tmp_path_factory):
     code = program(TABLE["memory"]) + "sys.exit(1)\n"
     script.write_text(f"#!/usr/bin/env bash\nexec python3 - <<'END'\n{code}END\n")
     script.chmod(0o755)
-    conditions = Conditions(LIMIT_S, user_id(2), steps=("hello",))
+    conditions = Conditions(LIMIT_S, user_id(2), steps=("hello",), seed=471104711047110)
     return attempts(grade("eve", folder, folder.parent / "result", conditions))
 
 
 @pytest.mark.parametrize("row", TABLE["memory"], ids=lambda row: row["name"])
-def test_program_cannot_take_more_memory_than_its_limit(hello, row):
+def test_program_takes_no_more_memory_than_its_limit_and_sees_no_secret(hello, row):
     assert (row["name"] in hello) == bool(row.get("control"))
 
 
@@ -163,7 +163,16 @@ def test_control_group_counts_files_in_memory():
             command = [sys.executable, "-c", EATER.format(megabytes)]
             done = subprocess.run(entering(programs, command), check=False)
             assert (done.returncode != 0, kills(programs)) == (bool(killed), killed)
-    assert not check.parent.exists()
+    assert not any(Path(path).parent.exists() for path in check.split(":"))
+
+
+def test_program_has_a_share_of_the_processor_in_its_control_group():
+    with control_groups() as (check, programs):
+        if not has_share(check):
+            pytest.skip("this machine allows no control group")
+        command = entering(programs, ["cat", "/proc/self/cgroup"])
+        shown = subprocess.run(command, check=True, stdout=-1, text=True).stdout
+        assert all("/" + path.split("/", 5)[-1] in shown for path in programs.split(":"))
 
 
 def test_no_control_group_where_the_kernel_offers_none(tmp_path):

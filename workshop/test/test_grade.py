@@ -1,5 +1,6 @@
 """./workshop/grade: students do not affect each other, and no student's folder changes."""
 
+import contextlib
 import csv
 import html
 import json
@@ -7,8 +8,10 @@ import os
 import re
 import signal
 import subprocess
+import threading
 import time
 from dataclasses import replace
+from types import SimpleNamespace
 
 import psutil
 import pytest
@@ -336,6 +339,27 @@ def test_strange_results_of_one_student_are_one_row_and_the_rest_goes_on(tmp_pat
     assert rows["ivy"]["note"].startswith("no page: IsADirectoryError")
     assert rows["leo"]["contained"].startswith("'=HYPERLINK")
     assert all((output / name / "page.html").is_file() for name in ("ada", "kim", "leo"))
+
+
+def test_students_without_control_groups_have_cores_of_their_own(tmp_path, monkeypatch):
+    used, barrier = {}, threading.Barrier(2)
+
+    def graded(name, folder, result, conditions):
+        used[name] = os.sched_getaffinity(0)
+        barrier.wait(LIMIT_S)
+        return Grade(name, folder)
+
+    cores = os.sched_getaffinity(0)
+    if len(cores) < 2:
+        pytest.skip("this machine has one core")
+    monkeypatch.setattr(command, "grade", graded)
+    monkeypatch.setattr(command, "require", lambda: None)
+    monkeypatch.setattr(command, "control_groups", lambda: contextlib.nullcontext((None, None)))
+    jobs = [(name, tmp_path / name, Conditions(LIMIT_S, 20000)) for name in ("ada", "eve")]
+    options = SimpleNamespace(no_sandbox=False, jobs=None, lab="")
+    assert len([*command.grade_here(jobs, tmp_path, options)]) == 2
+    assert used["ada"].isdisjoint(used["eve"]) and used["ada"] | used["eve"] == cores
+    assert os.sched_getaffinity(0) == cores
 
 
 def test_evidence_is_not_flooded_away_by_paths_that_a_program_prints(tmp_path):

@@ -54,12 +54,13 @@ class LibraryCheck(RegionCheck):
 
     def problems(self, variant: Variant, stage: Stage) -> list:
         """See RegionCheck.problems."""
-        got = self._run(variant, stage)
+        calls = library_probe.with_varied(self._given, self._calls, stage.seed)
+        got = self._run(variant, stage, calls)
         if isinstance(got, Problem):
             return [got]
         results, broken = got
         right: dict = {}
-        library_probe.results(self._module, self._given, self._calls, stage.seed, right)
+        library_probe.results(self._module, calls, right)
         found: dict = {}
         names = library_probe.names_for(self._module, self._given)
         for row, one, wanted in zip(self._rows, results.get("known", ()), right["known"]):
@@ -81,11 +82,11 @@ class LibraryCheck(RegionCheck):
                 return [found]
         return []
 
-    def _run(self, variant: Variant, stage: Stage) -> tuple | Problem:
+    def _run(self, variant: Variant, stage: Stage, calls: dict) -> tuple | Problem:
         """Return the results of library_probe.py and the exception that ended it, or a problem."""
         path, python_path = stage.build(variant)
-        arguments = [self._module, json.dumps(self._given), json.dumps(self._calls), stage.seed]
-        command = ["/usr/bin/env", "python3", library_probe.__file__, *arguments]
+        arguments = [library_probe.__file__, self._module, json.dumps(calls)]
+        command = ["/usr/bin/env", "python3", *arguments]
         with stage.program(command, PYTHONPATH=python_path) as program:
             if program.wait(_TIMEOUT_S, _MOST_CPU_S) is None:
                 stage.report(NEVER_RETURNED)

@@ -1,7 +1,8 @@
-"""Limits of the memory that students' programs take, in their processes and in those of the check.
+"""Limits of the memory and shares of the processor that students' programs get.
 
 Resident pages are not all: files in memory, shared memory and what other programs keep for them
-count, too. Where the machine allows it, the kernel counts all of it in a control group.
+count, too. Where the machine allows it, the kernel counts all of it in a control group, and gives
+each student the same share of the processor, however many programs one of them starts.
 """
 
 from __future__ import annotations
@@ -25,35 +26,61 @@ _END_S = 3.0
 def control_groups(groups: Path = _GROUPS) -> Iterator[tuple]:
     """Yield the control groups of a check and of the programs in it; None without the right.
 
+    Each is the path of a group, or two with ":" between: version 1 of the kernel's interface has
+    groups of their own for the processor.
+
     Args:
         groups: where the kernel shows them
     """
-    for parent in _parents(groups):
+    memory = _made(groups, "memory")
+    both = memory and not has_share(str(memory / "check"))
+    cpu = _made(groups, "cpu") if both else None
+    folders = [folder for folder in (memory, cpu) if folder]
+    try:
+        if memory:
+            yield tuple(
+                ":".join(str(folder / name) for folder in folders) for name in ("check", "programs")
+            )
+        else:
+            yield None, None
+    finally:
+        for folder in folders:
+            _remove(folder / "check", folder / "programs", folder)
+
+
+def has_share(group: str | None) -> bool:
+    """Return whether the kernel gives a control group a share of the processor."""
+    names = ("cpu.weight", "cpu.shares")
+    return any(Path(path, name).exists() for path in (group or "").split(":") for name in names)
+
+
+def _made(groups: Path, controller: str) -> Path | None:
+    """Make a group with the groups `check` and `programs` in it; None without the right."""
+    for parent in _parents(groups, controller):
         folder = parent / f"sdc_grade_{os.getpid()}_{time.monotonic_ns()}"
         made = (folder / "check", folder / "programs")
         try:
             folder.mkdir()
             if (folder / "cgroup.controllers").exists():
                 (folder / "cgroup.subtree_control").write_text("+memory")
+                with contextlib.suppress(OSError):
+                    (folder / "cgroup.subtree_control").write_text("+cpu")
             for group, limit in zip(made, (MAX_CHECK_MEMORY, MAX_MEMORY)):
                 group.mkdir()
-                _limit(group, limit)
+                if controller == "memory":
+                    _limit(group, limit)
         except OSError:
             _remove(*made, folder)
             continue
-        try:
-            yield made
-        finally:
-            _remove(*made, folder)
-        return
-    yield None, None
+        return folder
+    return None
 
 
-def _parents(groups: Path) -> Iterator[Path]:
+def _parents(groups: Path, controller: str) -> Iterator[Path]:
     """Yield the groups above this process, the nearest first, of version 2 and of version 1."""
     for line in Path("/proc/self/cgroup").read_text(encoding="ascii").splitlines():
         _, controllers, path = line.split(":", 2)
-        if controllers in ("", "memory"):
+        if controller in controllers.split(",") or (controllers == "" and controller == "memory"):
             top = groups / controllers
             own = Path(path.lstrip("/"))
             yield from (top / folder for folder in (own, *own.parents))
@@ -84,14 +111,16 @@ def kills(group: str | None) -> int:
     """Return how many processes of a group the kernel has ended, for want of memory."""
     for name in ("memory.events", "memory.oom_control") if group else ():
         with contextlib.suppress(OSError):
-            rows = (line.split() for line in Path(str(group), name).read_text().splitlines())
+            path = Path(str(group).partition(":")[0], name)
+            rows = (line.split() for line in path.read_text().splitlines())
             return next((int(row[1]) for row in rows if row[0] == "oom_kill"), 0)
     return 0
 
 
 def entering(group: object, command: list) -> list:
     """Return a command line that runs a command in a control group, or as it is without one."""
-    script = '{ echo 0 >"$0/cgroup.procs"; } 2>/dev/null; exec "$@"'
+    enter = '{ echo 0 >"$group/cgroup.procs"; } 2>/dev/null'
+    script = f'IFS=:; for group in $0; do {enter}; done; exec "$@"'
     return ["sh", "-c", script, str(group), *command] if group else command
 
 

@@ -59,7 +59,7 @@ def outer_command(
     result: Path,
     temporary: Path,
     sized: Sequence = (),
-    group: Path | None = None,
+    group: str = "",
 ) -> list:
     """Return the command line that runs the check of one workspace.
 
@@ -68,7 +68,7 @@ def outer_command(
         result: folder of the results, which can be written
         temporary: folder of the copy of the workspace, which can be written
         sized: empty folders in it of limited size
-        group: control group of the student's programs, which the check puts them into
+        group: control group of the student's programs, which the check puts them into, or ""
     """
     return [
         *system(),
@@ -76,7 +76,7 @@ def outer_command(
         "--unshare-net",
         *bound("--bind", result, temporary),
         *(word for folder in sized for word in in_memory(folder)),
-        *bound("--bind", *filter(None, [group])),
+        *bound("--bind", *filter(None, group.split(":"))),
         *("--remount-ro", "/", "--"),
         # What the programs send to the check must not fill the machine's memory or disk.
         *("prlimit", f"--as={_CHECK_ADDRESS_SPACE}:{MAX_ADDRESS_SPACE}"),

@@ -2,16 +2,17 @@
 
 So the answers are kept when the check is ended before its end.
 Usage: python3 -m sdc_workshop.grading.examine_one WORKSPACE RESULT_FOLDER BUILD_LIMIT_S USER_ID
-SEED LAB [STEP ...]
+LAB [STEP ...]
 
 The student's programs run in a sandbox, as the user with this id where this one is root; with the
-user id "none", without a sandbox. With a SEED, not "", a car that has driven the
-first road drives the unknown route, too. LAB is the name of the lab, or "" for the workshop.
-Without a STEP, all its steps are checked.
+user id "none", without a sandbox. With the secret of the class in the environment, a car that has
+driven the first road drives the unknown route, too. LAB is the name of the lab, or "" for the
+workshop. Without a STEP, all its steps are checked.
 """
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shutil
 import sys
@@ -25,11 +26,12 @@ from sdc_workshop.exam.examination import Examination
 from sdc_workshop.exam.sandbox import Sandbox
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
-from sdc_workshop.grading.record import BUILD_LOG, NO_SANDBOX, Record
+from sdc_workshop.grading.record import BUILD_LOG, NO_SANDBOX, SECRET, Record
 from sdc_workshop.grading.unknown_route import write_unknown_route, write_unseen_road
 from sdc_workshop.steps import Step, load_steps
 from sdc_workshop.workspace import WORLD_SETUP
 
+_ROUNDS = 200_000
 BUILD = "the build"
 UNKNOWN = "the drive on the unknown route"
 
@@ -51,6 +53,16 @@ def build(stage: Stage, record: Record, result: Path, limit_s: float) -> None:
         (result / BUILD_LOG).write_text(program.output, encoding="utf-8")
 
 
+def arguments_seed(secret: str) -> str:
+    """Return the seed of the arguments of the checks, from which no student finds the secret.
+
+    The pages that students get show this seed; a guess of the secret takes some 0.1 s.
+    """
+    if not secret:
+        return ""
+    return hashlib.pbkdf2_hmac("sha256", secret.encode(), b"arguments", _ROUNDS).hex()[:8]
+
+
 def main() -> None:
     """Write RESULT_FOLDER/answers.json, and the referee's report next to it."""
     workspace, result, limit_s = Path(sys.argv[1]), Path(sys.argv[2]), float(sys.argv[3])
@@ -61,9 +73,11 @@ def main() -> None:
         sandbox = Sandbox(workspace, int(sys.argv[4]), record.contained)
     else:
         isolate_network()
-    seed, lab, ids = sys.argv[5], sys.argv[6], sys.argv[7:]
+    # No program that starts from now on inherits it, and no argument shows it.
+    secret = os.environ.pop(SECRET, "")
+    lab, ids = sys.argv[5], sys.argv[6:]
     steps = [step for step in load_steps(lab) if step.id in ids or not ids]
-    with Stage(Student(workspace), sandbox, seed) as stage:
+    with Stage(Student(workspace), sandbox, arguments_seed(secret)) as stage:
         build(stage, record, result, limit_s)
         examination = Examination(stage.student, stage, drive_anyway=True)
 
@@ -71,12 +85,12 @@ def main() -> None:
             record.answer(step.id, asdict(answer))
 
         examination.judge(steps, save, on_begin=lambda step: record.begin(step.id))
-        if seed and (examination.report or {}).get("driving_score"):
+        if secret and (examination.report or {}).get("driving_score"):
             record.begin(UNKNOWN)
             # The student's programs see the road when they drive it, and never its traffic.
             with tempfile.TemporaryDirectory(prefix="workshop_road_") as road:
                 write = write_unseen_road if lab == "perception" else write_unknown_route
-                examination.drive_unknown(lab, write(int(seed), Path(road)))
+                examination.drive_unknown(lab, write(int(secret), Path(road)))
         for name in ("report", "unknown"):
             for path in sorted((stage.hidden / name).glob("report*")):
                 if path.is_file():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
 import os
 import re
@@ -22,6 +23,7 @@ from sdc_experiments.championship.driver_process import MAX_SOURCE
 from sdc_experiments.commands import WordError, parse
 from sdc_experiments.sandbox import SandboxError, user_id
 from sdc_experiments.sweep.dask_engine import ClusterError
+from sdc_workshop.exam.limits import control_groups, has_share
 from sdc_workshop.exam.sandbox import require
 from sdc_workshop.grading.cluster import grade_on_cluster
 from sdc_workshop.grading.copies import Copy, copies
@@ -137,12 +139,12 @@ def add_championship(grades: list, output: Path, drives: int) -> None:
 
 
 def class_seed(output: Path, given: int | None) -> int:
-    """Return the seed of a class, which is written at the first run into a folder."""
+    """Return the secret seed of a class, which is written at the first run into a folder."""
     path = output / _SETTINGS
     if given is None and path.is_file():
         return int(json.loads(path.read_text(encoding="utf-8"))["seed"])
-    seed = secrets.randbelow(1_000_000_000) if given is None else given
-    write_json(path, {"seed": seed})
+    seed = secrets.randbits(63) if given is None else given
+    write_json(path, {"seed": seed}, 0o600)
     return seed
 
 
@@ -157,7 +159,16 @@ def grade_here(jobs: list, output: Path, options: SimpleNamespace) -> Iterator[G
     stop = threading.Event()
     waiting: list = []
     # A check waits for its nodes about a third of its time.
-    with ThreadPoolExecutor(options.jobs or (os.cpu_count() or 1) + 1) as pool:
+    cores = sorted(os.sched_getaffinity(0))
+    count, sets = options.jobs or len(cores) + 1, [cores]
+    with control_groups() as (group, _):
+        is_shared = has_share(group)
+    if not is_shared and not options.no_sandbox:
+        # Without control groups, each student has cores that the programs of no other one use.
+        count = min(count, len(cores), len(jobs)) or 1
+        sets = [cores[number::count] for number in range(count)]
+    free = itertools.cycle(sets)
+    with ThreadPoolExecutor(count, "grade", lambda: os.sched_setaffinity(0, next(free))) as pool:
         try:
             for name, folder, conditions in jobs:
                 conditions = replace(conditions, stopped=stop.is_set)

@@ -24,6 +24,7 @@ from sdc_workshop.grading.record import (
     ANSWERS,
     BUILD_LOG,
     NO_SANDBOX,
+    SECRET,
     STATE,
     printable,
     read,
@@ -101,7 +102,8 @@ class Conditions:
     stopped: Callable[[], bool] = lambda: False  # once it returns True, all programs are ended
     steps: tuple = ()  # ids of the steps that are checked; empty: all
     lab: str = WORKSHOP  # the lab, or WORKSHOP
-    seed: int | None = None  # what the unknown route is drawn from; None: no such drive
+    # The secret of the class, which the unknown route is drawn from; None: no such drive
+    seed: int | None = None
 
 
 def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grade:
@@ -191,8 +193,9 @@ def _examine(result: Path, temporary: Path, conditions: Conditions) -> None:
     command = [sys.executable, "-B", "-m", "sdc_workshop.grading.examine_one", workspace, result]
     user_id = NO_SANDBOX if conditions.user_id is None else conditions.user_id
     command += [min(_BUILD_LIMIT_S, _BUILD_SHARE * conditions.limit_s), user_id]
-    command += ["" if conditions.seed is None else conditions.seed, conditions.lab]
-    command += conditions.steps
+    command += [conditions.lab, *conditions.steps]
+    if conditions.seed is not None:
+        environment[SECRET] = str(conditions.seed)
     home.mkdir()
     scratch.mkdir()
     if conditions.user_id is not None:
@@ -204,8 +207,8 @@ def _examine(result: Path, temporary: Path, conditions: Conditions) -> None:
     with contextlib.ExitStack() as stack:
         if conditions.user_id is not None:
             group, inner = stack.enter_context(control_groups())
+            inner = environment[GROUP] = inner or ""
             command = entering(group, outer_command(command, result, temporary, built, inner))
-            environment[GROUP] = str(inner or "")
         program = stack.enter_context(Program(command, environment, workspace))
         try:
             _wait(program, until, conditions.stopped, result)
@@ -219,7 +222,8 @@ def _wait(program: Program, until: float, stopped: Callable[[], bool], result: P
     while program.status is None:
         if stopped():
             raise _Ended("the check was interrupted")
-        if time.monotonic() > until:
+        # What the check waits for a processor is the machine's time, not the student's.
+        if time.monotonic() > until + program.waited_s:
             step = read(result)[1]["step"]
             raise _Ended(f"the check took longer than its time limit and was ended at {step}")
         if len(marked(program.mark)) > MAX_PROCESSES:

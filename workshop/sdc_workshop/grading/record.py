@@ -15,6 +15,8 @@ ANSWERS = "answers.json"
 STATE = "check.json"
 BUILD_LOG = "build.log"
 NO_SANDBOX = "none"
+# Environment variable with the secret of the class, for the check of one workspace.
+SECRET = "SDC_WORKSHOP_SECRET"
 # More events of a step than these are dropped: that many with a path, which a program can invent
 # by its output, and that many without.
 _MAX_EVENTS = 40
@@ -75,9 +77,10 @@ class Record:
             write_json(self.result / ANSWERS, self._answers)
 
 
-def write_json(path: Path, content: dict) -> None:
+def write_json(path: Path, content: dict, mode: int = 0o644) -> None:
     """Write a file that is complete or not there."""
     part = path.with_name(f"{path.name}.part")
+    part.touch(mode)
     part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     os.replace(part, path)
 

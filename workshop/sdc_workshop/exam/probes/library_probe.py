@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
 """Evaluate expressions about a module of the car's library; print the results as JSON.
 
-The JSON is one line: the results of the calls, and those of the same calls with decimal numbers
-that the seed decides about. An exception ends them.
-Usage: library_probe.py MODULE GIVEN CALLS SEED, where GIVEN and CALLS are JSON.
+The JSON is one line: the results of each list of calls. An exception ends them.
+Usage: library_probe.py MODULE CALLS, where CALLS is JSON, see `with_varied`.
 """
 
 from __future__ import annotations
@@ -172,11 +171,20 @@ def evaluate(expression: str, names: dict) -> object:
     return eval(compile(str(expression), "<check>", "eval"), names)
 
 
-def names_for(module: str, given: dict, seed: str = "") -> dict:
-    """Return the names that the expressions about a module use, varied where there is a seed."""
+def with_varied(given: dict, calls: list, seed: str) -> dict:
+    """Return (given names, calls): `known` as they are, and `varied` as the seed decides.
+
+    The check calls this function: a student's process does not get the seed.
+    """
+    other = {name: varied(expression, seed) for name, expression in given.items()}
+    return {"known": (given, calls), "varied": (other, [varied(call, seed) for call in calls])}
+
+
+def names_for(module: str, given: dict) -> dict:
+    """Return the names that the expressions about a module use."""
     names = {**vars(importlib.import_module(module)), **HELPERS}
     for name, expression in given.items():
-        names[name] = evaluate(varied(expression, seed) if seed else expression, names)
+        names[name] = evaluate(expression, names)
     return names
 
 
@@ -189,22 +197,21 @@ def plain(value: object) -> object:
     return value if value is None or isinstance(value, (bool, int, float, str)) else str(value)
 
 
-def results(module: str, given: dict, calls: list, seed: str, found: dict) -> None:
-    """Add the results of all calls to a dictionary: `known`, and `varied` as the seed decides."""
-    for kind, its_seed in (("known", ""), ("varied", seed)):
+def results(module: str, lists: dict, found: dict) -> None:
+    """Add the results of the calls in each list of `with_varied` to a dictionary."""
+    for kind, (given, calls) in lists.items():
         found[kind] = []
-        names = names_for(module, given, its_seed)
+        names = names_for(module, given)
         for call in calls:
-            call = varied(call, its_seed) if its_seed else call
             found[kind].append(plain(evaluate(call, names)))
 
 
 def main() -> None:
     """Print the results."""
-    module, given, calls, seed = sys.argv[1:]
+    module, lists = sys.argv[1:]
     found: dict = {}
     try:
-        results(module, json.loads(given), json.loads(calls), seed, found)
+        results(module, json.loads(lists), found)
     finally:
         print(json.dumps(found), flush=True)
 

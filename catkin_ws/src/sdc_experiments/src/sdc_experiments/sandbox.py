@@ -25,7 +25,10 @@ class SandboxError(RuntimeError):
 
 
 def write_filter(path: Path) -> None:
-    """Write the filter of system calls: no user namespace, no memory that belongs to no process."""
+    """Write the filter of system calls.
+
+    No user namespace, no memory that belongs to no process, no other processors.
+    """
     import seccomp
 
     rules = seccomp.SyscallFilter(seccomp.ALLOW)
@@ -34,7 +37,7 @@ def write_filter(path: Path) -> None:
         rules.add_rule(no, name, seccomp.Arg(0, *flags))
     # Its flags are in memory, which a filter cannot read; the C library then uses clone.
     rules.add_rule(seccomp.ERRNO(errno.ENOSYS), "clone3")
-    for name in ("setns", "memfd_create", "memfd_secret", "shmget", "msgget"):
+    for name in ("setns", "memfd_create", "memfd_secret", "shmget", "msgget", "sched_setaffinity"):
         rules.add_rule(no, name)
     with path.open("wb") as file:
         rules.export_bpf(file)
