@@ -171,13 +171,13 @@ def test_import_that_exits_and_dead_code_do_not_end_the_server(honest):
 
 
 def test_server_that_stops_is_given_up_after_its_time(honest, monkeypatch):
-    monkeypatch.setattr(driver_process, "_MAX_WALL_S", 2.0)
     with DriverServer(HONEST.format("")) as server:
+        monkeypatch.setattr(driver_process, "_MAX_WALL_S", 2.0)
         for process in psutil.Process().children(recursive=True):
             process.suspend()
         rows = [drive_seed(server, "control", seed) for seed in "12"]
     assert {row["problem"] for row in rows} == {
-        "it did not start: what it imports ends or stops its process"
+        "it did not start: the process that starts it has stopped"
     }
 
 

@@ -43,7 +43,7 @@ class DriverError(Exception):
 
 
 class DriverServer:
-    """Loads what a driver's file imports, in a sandbox, and starts a process for each drive.
+    """Loads the library in a sandbox, and starts a process for each drive.
 
     Args:
         source: the file
@@ -119,7 +119,7 @@ class DriverProcess:
         self._link, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._link.setsockopt(socket.SOL_SOCKET, socket.SO_PASSCRED, 1)
         self._log: Any = tempfile.TemporaryFile()  # noqa: SIM115  it is closed with the drive
-        message, ancillary = b"", []
+        message = b""
         with theirs, contextlib.suppress(OSError):
             socket.send_fds(control, [b"drive"], [theirs.fileno(), self._log.fileno()])
             theirs.close()
@@ -127,7 +127,7 @@ class DriverProcess:
             message, ancillary, _, _ = self._link.recvmsg(16, socket.CMSG_SPACE(12))
         if message != HELLO:
             control.close()  # no other drive waits for it
-            raise DriverError("what it imports ends or stops its process")
+            raise DriverError("the process that starts it has stopped")
         self._link.settimeout(None)
         # The number of the process outside of its sandbox.
         number = int.from_bytes(ancillary[0][2][:4], "little")

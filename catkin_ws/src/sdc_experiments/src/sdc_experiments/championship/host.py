@@ -1,17 +1,13 @@
 """The process of a driver, in its sandbox: python3 -m sdc_experiments.championship.host SOCKET.
 
-The server imports the library and what the driver's file imports. For each drive it forks a
-process that gives up what a driver does not need, loads the file and answers observations. No
-drive shares anything with another one.
+The server imports the library. For each drive it forks a process that gives up what a driver does
+not need, loads the file and answers observations. No drive shares anything with another one.
 """
 
 from __future__ import annotations
 
-import ast
-import contextlib
 import ctypes
 import gc
-import importlib
 import linecache
 import os
 import pickle
@@ -69,13 +65,12 @@ def main() -> None:
         load_network(streets)  # once, for all drives
     # The memory of this process is not readable or writable for those that it forks.
     ctypes.CDLL(None).prctl(_PR_SET_DUMPABLE, 0, 0, 0, 0)
-    control.send(READY)
-    _import_what_it_imports(source)
     rules = seccomp.SyscallFilter(seccomp.ALLOW)
     for name in TABLE["forbidden_calls"]:
         rules.add_rule(seccomp.KILL_PROCESS, name)
     for number in _SET_OWNER:
         rules.add_rule(seccomp.KILL_PROCESS, "fcntl", seccomp.Arg(1, seccomp.EQ, number))
+    control.send(READY)
     while True:
         message, files, _, _ = socket.recv_fds(control, 16, 2)
         if not message:
@@ -88,17 +83,6 @@ def main() -> None:
             os.close(file)
         _, status = os.waitpid(child, 0)
         control.send(struct.pack("<i", os.waitstatus_to_exitcode(status)))
-
-
-def _import_what_it_imports(source: str) -> None:
-    """Import installed modules once, not in each drive; the file itself does not run here."""
-    with contextlib.suppress(SyntaxError, ValueError, MemoryError, RecursionError):
-        for node in ast.walk(ast.parse(source)):
-            names = [node.module] if isinstance(node, ast.ImportFrom) else []
-            names += [one.name for one in node.names] if isinstance(node, ast.Import) else []
-            for name in filter(None, names):
-                with contextlib.suppress(BaseException):  # such as SystemExit
-                    importlib.import_module(name)
 
 
 def _run(link: socket.socket, log: int, source: str, rules: Any) -> None:
