@@ -33,7 +33,7 @@ def _driven(
         more = {"held_out": held_out}
         if unknown:
             more = {"route" if held_out is None else "held_out": unknown[0]}
-        return refereed_drive(stage, arguments, path, DRIVE_TIMEOUT_S, world, **more)
+        return 0, refereed_drive(stage, arguments, path, world, **more)
     if unknown:
         arguments = [*arguments, f"waypoints_path:={unknown[0]}", *traffic]
     stage.master  # noqa: B018  roslaunch uses a master that already runs
