@@ -90,7 +90,7 @@ def test_drawn_routes_of_other_maps_are_drivable(path):
 @needs_maps
 def test_connections_that_no_car_can_drive_are_left_out(tmp_path):
     network = load_network(town(tmp_path, turns="--no-internal-links=false"))
-    (text,) = network.left_out
+    (text,) = network.findings.lines()
     assert text.startswith("bends that no car can drive (")
     turns = [c for junction in network.junctions.values() for c in junction.connections]
     turns = [one for one in turns if one.direction == "t"]

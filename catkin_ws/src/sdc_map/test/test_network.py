@@ -1,8 +1,10 @@
 """Networks of lanes: reading of OpenDRIVE and of SUMO's networks, and nearest lanes."""
 
 import glob
+import gzip
 import math
 import os
+import re
 import xml.etree.ElementTree as ElementTree
 from types import SimpleNamespace
 
@@ -12,7 +14,7 @@ from opendrive_geometry import lane_centre_lines
 from scipy.spatial import cKDTree
 
 from sdc_common.geometry.road_line import sharpest_turn
-from sdc_map import network_file
+from sdc_map import netconvert
 from sdc_map.joints import joint
 from sdc_map.lane_graph import LaneGraph, NoRouteError
 from sdc_map.mission import plan_mission
@@ -228,7 +230,7 @@ def test_lanes_lead_on_over_a_direct_junction(tmp_path, name):
     unlinked = (
         "links of direct junctions between other lanes (1, the first: junction 9, lane -9 to -9)"
     )
-    assert network.left_out == ((unlinked,) if name == "exit" else ())
+    assert [*network.findings.lines()] == ([unlinked] if name == "exit" else [])
 
 
 @pytest.mark.parametrize(("beside_m", "place_m"), [(-1.8, 40.0), (1.8, 40.0), (9.0, 49.0)])
@@ -300,7 +302,7 @@ def test_unknown_unit_of_a_limit_is_named(tmp_path):
         ("roadWorks", 1, True),
         ("bidirectional", 1, True),
         ("bus", 1, True),
-        ("shoulder", 1, False),
+        ("shoulder", 1, True),
         ("slipLane", 2, False),
         ("connectingRamp", 2, False),
         ("shared", 2, False),
@@ -312,7 +314,7 @@ def test_cars_drive_on_some_types_of_lanes(tmp_path, kind, lanes, is_named):
     network = load_network(write(tmp_path, text))
     assert len(network.driving) == lanes
     expected = f"lanes of the type {kind} (1, the first: road 7 at 0 m)"
-    assert network.left_out == ((expected,) if is_named else ())
+    assert [*network.findings.lines()] == ([expected] if is_named else [])
 
 
 @pytest.mark.parametrize("sign", ["", "-"])
@@ -357,6 +359,7 @@ def test_lanes_with_a_very_low_limit_are_not_for_cars(tmp_path):
         text = file.read()
     assert len(load_network(path).driving) > 20
     slow = load_network(write(tmp_path, text.replace('speed="8.00"', 'speed="1.39"'), "a.net.xml"))
+    assert any(line.startswith("lanes for cars below 2 m/s (") for line in slow.findings.lines())
     streets = {edge_of(one.id).strip("-") for one in slow.driving if not one.junction}
     assert streets == {"a", "b", "c"}
     cars = {one.id for one in slow.driving}
@@ -367,7 +370,9 @@ def test_signal_without_type_is_left_out(tmp_path):
     signal = '<signals><signal id="7" s="5" t="0" dynamic="no" orientation="+" type=""/></signals>'
     text = _MAPS["line"].replace("</lanes>", "</lanes>" + signal)
     network = load_network(write(tmp_path, text))
-    assert network.left_out == ("signals without type (1, the first: signal 7 of road 7)",)
+    assert [*network.findings.lines()] == [
+        "signals without type (1, the first: signal 7 of road 7)"
+    ]
 
 
 @pytest.mark.parametrize("curvatures", [(0.07, 0.07 - 1e-16), (0.02, 0.02), (0.0, 1e-12)])
@@ -402,7 +407,7 @@ def test_netconvert_that_fails_is_one_line(tmp_path, monkeypatch, program, words
     os.chmod(write(tmp_path / "sumo" / "bin", "#!/bin/sh\n" + program, "netconvert"), 0o755)
     sumolib = SimpleNamespace(origin=str(tmp_path / "sumolib" / "__init__.py"))
     monkeypatch.setattr("importlib.util.find_spec", lambda _: sumolib)
-    monkeypatch.setattr(network_file, "TIMEOUT_S", 0.5 if "sleep" in program else 60.0)
+    monkeypatch.setattr(netconvert, "TIMEOUT_S", 0.5 if "sleep" in program else 60.0)
     with pytest.raises(MapError, match=words) as error:
         load_network(path)
     assert "\n" not in str(error.value) and "check the file" in str(error.value)
@@ -423,7 +428,7 @@ def test_link_without_target_is_left_out(tmp_path):
     network = load_network(write(tmp_path, text))
     assert len(network.driving) == 3
     expected = "links to what the file does not have (2, the first: road 7 to road 9)"
-    assert network.left_out == (expected,)
+    assert [*network.findings.lines()] == [expected]
 
 
 def test_elevation_is_noticed(tmp_path):
@@ -432,6 +437,50 @@ def test_elevation_is_noticed(tmp_path):
     text = _MAPS["line"].replace("</planView>", "</planView>" + hill)
     path = write(tmp_path, text, "hill.xodr")
     assert not load_network(path).is_flat
+
+
+def test_map_in_coordinates_of_the_earth_is_moved_to_the_origin(tmp_path):
+    text = _MAPS["line"].replace('x="10"', 'x="549794.5"').replace('y="-4"', 'y="5803123"')
+    network = load_network(write(tmp_path, text))
+    assert np.abs(network.bounds_m).max() < 200.0
+    expected = "places, moved by (-549800, -5803100) m (1, the first: road 7)"
+    assert [*network.findings.lines()] == [expected]
+
+
+def _to_the_east(match):
+    return f"{match[1]}{float(match[2]) + 549800.0:.2f}"
+
+
+def test_network_in_coordinates_of_the_earth_is_moved_to_the_origin(tmp_path):
+    path = town(tmp_path)
+    with open(path, encoding="utf-8") as file:
+        text = re.sub(r'(shape="|(?<=\d) | x=")(-?[\d.]+)(?=[,"])', _to_the_east, file.read())
+    network = load_network(write(tmp_path, text, "far.net.xml"))
+    east_m = np.array([549800.0 - 549900.0, 0.0] * 2)
+    assert network.bounds_m == pytest.approx(load_network(path).bounds_m + east_m, abs=0.01)
+    (line,) = network.findings.lines()
+    assert line.startswith("places, moved by (-549900, 0) m (1, the first: junction")
+    assert load_network(network.net_path).bounds_m == network.bounds_m
+
+
+def test_packed_file_is_read(tmp_path):
+    path = tmp_path / "map.xodr.gz"
+    path.write_bytes(gzip.compress(_MAPS["line"].encode()))
+    assert len(load_network(str(path)).driving) == 3
+
+
+def test_signs_objects_and_unread_elements_are_named(tmp_path):
+    more = """<lateralProfile><superelevation s="30" a="0.1" b="0" c="0" d="0"/></lateralProfile>
+      <signals><signal id="1" s="40" t="0" dynamic="no" orientation="+" type="274"/></signals>
+      <objects><object id="2" s="50" t="0" type="tree"/></objects>"""
+    network = load_network(write(tmp_path, _MAPS["line"].replace("</lanes>", "</lanes>" + more)))
+    assert [*network.findings.lines()] == [
+        "elements superelevation (1, the first: road 7 at 30 m)",
+        "signals of the type 274 (1, the first: road 7 at 40 m)",
+        "objects of the type tree (1, the first: road 7 at 50 m)",
+    ]
+    (place,) = network.findings.places["objects of the type tree"]
+    assert place.point_m == pytest.approx((10 + 50 * math.cos(0.3), -4 + 50 * math.sin(0.3)))
 
 
 def test_lanes_of_a_town_are_linked(streets):
@@ -493,14 +542,22 @@ def test_nearest_lane_prefers_the_direction_of_the_car(streets):
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [
-        ("a.xodr", "<OpenDRIVE>", "not valid OpenDRIVE"),
-        ("a.xodr", "<net/>", "no element OpenDRIVE"),
-        ("a.xodr", "<OpenDRIVE/>", "netconvert cannot read it"),
+        ("a.xodr", "<OpenDRIVE>", "is no XML: no element found: line 1"),
+        ("a.xodr", "", "is empty; download"),
+        ("a.osm", '<?xml version="1.0" encoding="no"?><osm/>', "no XML: unknown encoding"),
+        ("a.xodr", "<html/>", "first element is html, not OpenDRIVE; download"),
+        ("a.xodr", "<net/>", "first element is net, not OpenDRIVE; .* the ending .net.xml"),
+        ("a.xodr", "<OpenDRIVE/>", "netconvert cannot read it: no road .*; check the file"),
+        ("a.xodr", _MAPS["line"].replace('x="10"', 'x="nan"'), r"road 7 is at \[nan, -4.0\]"),
+        ("a.xodr", _MAPS["line"].replace('length="80" id', 'length="1e9" id'), "from 0 to 100 km"),
+        ("a.xodr", _MAPS["line"].replace('lane id="-2"', "lane"), "road 7: an element lacks 'id'"),
         ("a.xodr", _MAPS["line"].replace('junction="-1"', 'rule="LHT"'), "road 7 has left-hand"),
         ("a.xodr", _TWICE, "2 roads have the id 7; give each its own"),
-        ("a.net.xml", "<net", "no complete network"),
+        ("a.net.xml", "<net", "no XML: unclosed token: line 1"),
+        ("a.net.xml", '<net><edge id="a" from="b" to="c"/></net>', "no complete network"),
         ("a.net.xml", '<net version="1.20"/>', "no lane for cars"),
-        ("a.csv", "", "neither .xodr"),
+        ("a.csv", "", "no map by its ending; name a .xodr"),
+        ("a.osm.pbf", "", "osmium cat"),
     ],
 )
 def test_bad_map_is_one_line(tmp_path, name, text, words):

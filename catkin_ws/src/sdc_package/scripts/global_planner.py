@@ -23,10 +23,6 @@ class GlobalPlannerNode:
             self.planner = GlobalPlanner(load_network(parameter("map")), parameter("goals"))
         except (MapError, TypeError, ValueError) as error:
             refuse(error)
-        if not self.planner.network.is_flat:
-            rospy.logwarn("global_planner: the map has elevation; it is driven as if it were flat")
-        for text in self.planner.network.left_out:
-            rospy.logwarn("global_planner: the map is read without %s", text)
         self.lock = threading.Lock()
         topic = "/planner/mission_speed_limits"
         self.limits = rospy.Publisher(topic, LocalPath, queue_size=1, latch=True)

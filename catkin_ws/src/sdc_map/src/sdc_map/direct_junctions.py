@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sdc_map.findings import Findings
 from sdc_map.road_geometry import piecewise_cubic, reference_line
 
 # Length of a connecting road where two roads meet at one point [m].
@@ -33,7 +34,7 @@ class _End(NamedTuple):
         return (self.contact == "end") == (int(self.lane) < 0)
 
 
-def write_connecting_roads(root: ElementTree.Element, left_out: dict[str, list[str]]) -> None:
+def write_connecting_roads(root: ElementTree.Element, findings: Findings) -> None:
     """Write a short connecting road for each pair of lanes that meet in a direct junction."""
     roads = {road.attrib["id"]: road for road in root.iter("road")}
     for junction in root.iter("junction"):
@@ -57,7 +58,7 @@ def write_connecting_roads(root: ElementTree.Element, left_out: dict[str, list[s
                 if not first or not last or first.leads_in == last.leads_in:
                     text = f"junction {name}, lane {link.get('from')} to {link.get('to')}"
                     what = "links of direct junctions between other lanes"
-                    left_out.setdefault(what, []).append(text)
+                    findings.add(what, text, connection.attrib["incomingRoad"])
                     continue
                 if last.leads_in:
                     first, last = last, first

@@ -18,6 +18,7 @@ from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import interpolate
+from sdc_map.findings import Findings
 
 # What is painted beside a lane. A kerb is no paint.
 NONE, BROKEN, SOLID, DOUBLE, KERB = "none", "broken", "solid", "solid solid", "curb"
@@ -29,6 +30,8 @@ _SAMPLE_M = 1.0
 # A lane in the opposite direction is as far as one that is so much more distant.
 _AGAINST_M = 8.0
 _CANDIDATES = 24
+# A map whose heights differ by less has no elevation [m].
+_ELEVATION_M = 0.05
 # A line that runs so close to another one of the same kind is the same line.
 _SAME_LINE_M = 0.4
 _MITRE = 2.0
@@ -155,7 +158,7 @@ class Network:
         lanes: Iterable[RoadLane],
         junctions: Iterable[Junction] = (),
         crosswalks: Iterable[np.ndarray] = (),
-        is_flat: bool = True,
+        heights_m: tuple[float, float] = (0.0, 0.0),
         bays: Iterable[np.ndarray] = (),
         bus_stops: Iterable[np.ndarray] = (),
     ):
@@ -177,8 +180,10 @@ class Network:
         # Parking bays (4, 2), the first two corners at the lane, and areas of bus stops (4, 2), the
         # first two corners at the right edge of a lane [m].
         self.bays, self.bus_stops = tuple(bays), tuple(bus_stops)
-        self.is_flat = is_flat  # whether the map has no elevation, which is ignored
-        self.left_out: tuple[str, ...] = ()  # what the file has and the network has not
+        self.heights_m = heights_m  # least and greatest height, which are ignored [m]
+        self.is_flat = heights_m[1] - heights_m[0] < _ELEVATION_M
+        self.findings = Findings()  # what the file has otherwise
+        self.net_path = ""  # file of SUMO's network
         self.driving = [lane for lane in self.lanes.values() if lane.kind == DRIVING]
         if not self.driving:
             raise ValueError(f"the map {name} has no lane for cars")

@@ -1,23 +1,17 @@
-"""Read a network from OpenDRIVE (.xodr) or from SUMO's network (.net.xml).
+"""Read a network from OpenDRIVE, OpenStreetMap or SUMO (.xodr, .osm, .net.xml).
 
-SUMO's `netconvert` reads OpenDRIVE, and its Python package `sumolib` reads what it writes;
-docker/prepare maps installs both. What netconvert writes is kept in a cache by the content of the
-map, and `opendrive_lanes` reads what netconvert does not. A map with elevation is read as if it
-were flat.
+SUMO's Python package `sumolib` reads what `netconvert` makes of a file, and `opendrive_lanes` what
+netconvert does not read. A map with elevation is read as if it were flat.
 
-python3 -m sdc_map.network_file MAP [--lanes] prints a summary, and the lanes.
+python3 -m sdc_map.network_file MAP [--lanes] prints what is in a map, and the lanes.
 """
 
 from __future__ import annotations
 
-import hashlib
-import importlib.util
+import importlib
 import os
 import re
-import shutil
-import subprocess
 import sys
-import tempfile
 import xml.etree.ElementTree as ElementTree
 from functools import lru_cache
 from typing import Any, Iterator
@@ -29,8 +23,10 @@ from scipy.spatial import cKDTree
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.validation import DocumentError
 from sdc_map.drivable import without_bends
+from sdc_map.findings import Findings
 from sdc_map.joints import joint
 from sdc_map.map_file import map_file
+from sdc_map.netconvert import INSTALL, MapError, map_source
 from sdc_map.network import (
     BICYCLE,
     BROKEN,
@@ -50,37 +46,20 @@ from sdc_map.network import (
     left_normals,
     part_of,
 )
-from sdc_map.opendrive_file import read_opendrive
+from sdc_map.opendrive_file import FARTHEST_M
 from sdc_map.opendrive_lanes import OpenDriveLanes
-from sdc_map.yellow import lengthen_yellow
 
-VERSION = "1.28.0"
-_INSTALL = "run docker/prepare maps, which installs it and needs a connection"
-# With these, centre lines are within 5 cm of the lanes of OpenDRIVE, in junctions within 20 cm.
-# `--opendrive.lane-shapes` would move lanes beside a median by metres.
-OPTIONS = (
-    *("--opendrive.curve-resolution", "0.5", "--opendrive.advance-stopline", "0"),
-    *("--opendrive.internal-shapes", "--offset.disable-normalization", "--no-turnarounds"),
-    *("--output.original-names", "--precision", "4"),
-)
-# At most so much time [s] and memory [kB] for netconvert: some files make it take all there is.
-TIMEOUT_S = 60.0
-MEMORY_KB = 2_000_000
-_FIX = "check the file, for example with asam-qc-opendrive, or read a part of it"
-_ELEVATION_M = 0.05
 # Lanes with a lower limit, such as those of car parks in SUMO, are not for cars.
 _SLOWEST_MPS = 2.0
 # netconvert's line of a lane, on which traffic drives, is beside that of the file by more [m].
 _BESIDE_M = 0.5
 _BESIDE = f"lanes whose line in netconvert, that of traffic, is over {_BESIDE_M} m beside"
 _REFUSED = "bends that no car can drive"
+# More lanes take more than a minute, and more than 2 GB.
+_MOST_LANES = 100_000
 _UNCROSSED = (SOLID, DOUBLE, KERB)
 # By the letter of SUMO's connections: those that must stop or give way.
 _LINES = {"s": STOP, "w": STOP, "m": YIELD}
-
-
-class MapError(DocumentError):
-    """A map that cannot be used; the one-line message names file, problem and fix."""
 
 
 def load_network(path: str) -> Network:
@@ -100,121 +79,84 @@ def network_path(path: str) -> str:
     """Return the path of SUMO's network of a map.
 
     Raises:
-        MapError: netconvert cannot make it
+        MapError: the same as that of `load_network`
     """
-    path = map_file(path)
-    return os.path.join(_converted(path), "map.net.xml") if _is_opendrive(path) else path
-
-
-def _is_opendrive(path: str) -> bool:
-    return path.lower().endswith(".xodr")
+    return load_network(path).net_path
 
 
 @lru_cache(maxsize=2)
 def _loaded(path: str, _: int) -> Network:
-    name, is_opendrive = os.path.basename(path).partition(".")[0], _is_opendrive(path)
-    if not (is_opendrive or path.lower().endswith((".net.xml", ".net.xml.gz"))):
-        raise MapError(
-            f"{path}: is neither .xodr of OpenDRIVE nor .net.xml of SUMO; see docs/maps.md"
-        )
-    root, left_out = _tree(path) if is_opendrive else (None, [])
+    name, source = os.path.basename(path).partition(".")[0], map_source(path)
     try:
-        own = None if root is None else OpenDriveLanes(root)
+        own = None if source.opendrive is None else OpenDriveLanes(source.opendrive)
     except (LookupError, ValueError) as error:
-        raise MapError(f"{path}: is not valid OpenDRIVE ({error!r})") from None
-    file = network_path(path)
+        text = f"is not valid OpenDRIVE ({error!r}); check it with asam-qc-opendrive"
+        raise MapError(f"{path}: {text}") from None
     try:
         from sumolib.net import readNet
     except ImportError:
-        raise MapError(f"{path}: the Python package sumolib is missing; {_INSTALL}") from None
+        raise MapError(f"{path}: the Python package sumolib is missing; {INSTALL}") from None
+    options = dict.fromkeys(("withInternal", "withPrograms", "withPedestrianConnections"), True)
     try:
-        net = readNet(file, withInternal=True, withPrograms=True, withPedestrianConnections=True)
-        polygons = os.path.join(os.path.dirname(file), "map.poly.xml")
-        crosswalks = list(_polygons(polygons)) if own else []
+        net = readNet(source.net_path, **options)
+        _check(net)
+        crosswalks = list(_polygons(source.crosswalks_path)) if own else []
         places = re.sub(r"(?i)\.net\.xml(\.gz)?$", ".add.xml", path)
-        network = _network(name, net, own, crosswalks, "" if own else places)
-    except (SAXException, ValueError, LookupError, AttributeError) as error:
-        raise MapError(f"{path}: is no complete network of SUMO ({error!r})") from None
-    network.left_out = (*left_out, *network.left_out)
+        network = _network(
+            name, net, own, crosswalks, "" if places == path else places, source.findings
+        )
+    except DocumentError as error:
+        raise MapError(f"{path}: {error}") from None
+    except (ValueError, LookupError, AttributeError, TypeError, SAXException) as error:
+        text = f"is no complete network of SUMO ({error!r})"
+        raise MapError(f"{path}: {text}; make it again with netconvert") from None
+    if own is None:
+        _name_unread(net, source.findings)
+    network.net_path, network.findings = source.net_path, source.findings
+    for place in (one for places in source.findings.places.values() for one in places):
+        line = own.line(place.road, "0", place.s_m, place.s_m) if own and place.road else None
+        place.point_m = place.point_m if line is None else tuple(line[0].tolist())
     return network
 
 
-def _netconvert() -> str:
-    """Return the path of netconvert, which is installed beside sumolib."""
-    sumolib = importlib.util.find_spec("sumolib")
-    folder = os.path.dirname(os.path.dirname((sumolib and sumolib.origin) or ""))
-    path = os.path.join(folder, "sumo", "bin", "netconvert")
-    if not os.access(path, os.X_OK):
-        raise MapError(f"netconvert {VERSION}, which reads OpenDRIVE, is missing; {_INSTALL}")
-    return path
+def _check(net: Any) -> None:
+    """Raise DocumentError for a network on which no car can drive."""
+    lanes = [lane for edge in net.getEdges() for lane in edge.getLanes()]
+    for lane in lanes:
+        x_m, y_m = max(lane.getShape(), key=lambda point: float(np.abs(point).max()))
+        if not max(abs(x_m), abs(y_m)) < FARTHEST_M:
+            text = f"lane {lane.getID()} is at ({x_m:.0f}, {y_m:.0f}) m"
+            raise DocumentError(f"{text}, which is no place within 100 km; correct it there")
+    if len(lanes) > _MOST_LANES:
+        text = f"has {len(lanes)} lanes, and at most {_MOST_LANES} are read"
+        raise DocumentError(f"{text}; read a smaller area")
+    if DRIVING not in map(_kind, lanes):
+        raise DocumentError("has no lane for cars; read a map with streets")
 
 
-def _tree(path: str) -> tuple[ElementTree.Element, list[str]]:
-    """Return the tree of an OpenDRIVE file for netconvert, and what is left out of it."""
-    try:
-        return read_opendrive(path)
-    except (ElementTree.ParseError, LookupError) as error:
-        raise MapError(f"{path}: is not valid OpenDRIVE ({error!r})") from None
-    except ValueError as error:
-        raise MapError(f"{path}: {error}") from None
-
-
-def _converted(path: str) -> str:
-    """Return the folder of the cache with what netconvert makes of an OpenDRIVE file."""
-    content = ElementTree.tostring(_tree(path)[0])
-    key = hashlib.sha256(
-        "\n".join((VERSION, *OPTIONS, "yellow", "")).encode() + content
-    ).hexdigest()[:32]
-    root = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    folder = os.path.join(root, "sdc_maps", key)
-    if os.path.isdir(folder):
-        return folder
-    program = _netconvert()
-    os.makedirs(os.path.dirname(folder), exist_ok=True)
-    # A drive that is interrupted, or another one at the same time, leaves no half of a map.
-    with tempfile.TemporaryDirectory(dir=os.path.dirname(folder)) as place:
-        source, made = os.path.join(place, "map.xodr"), os.path.join(place, "made")
-        with open(source, "wb") as file:
-            file.write(content)
-        os.mkdir(made)
-        files = [os.path.join(made, name) for name in ("map.net.xml", "map.poly.xml")]
-        command = [program, "--opendrive-files", source, "-o", files[0], "--polygon-output"]
-        command += [files[1], *OPTIONS]
-        # The data of another version of SUMO, or of libsumo in this process, are not its own.
-        own = {name: value for name, value in os.environ.items() if name != "SUMO_HOME"}
-        try:
-            done = subprocess.run(
-                ["/bin/sh", "-c", f'ulimit -v {MEMORY_KB}; exec "$@"', "sh", *command],
-                capture_output=True,
-                text=True,
-                check=False,
-                env=own,
-                timeout=TIMEOUT_S,
-            )
-        except subprocess.TimeoutExpired:
-            raise MapError(f"{path}: netconvert takes more than {TIMEOUT_S:g} s; {_FIX}") from None
-        if done.returncode or not os.path.exists(files[0]):
-            raise MapError(f"{path}: netconvert cannot read it: {_reason(done.stderr)}; {_FIX}")
-        lengthen_yellow(files[0])
-        try:
-            os.rename(made, folder)
-        except OSError:
-            if not os.path.isdir(folder):
-                shutil.copytree(made, folder)
-    return folder
-
-
-def _reason(text: str) -> str:
-    """Return in one line why netconvert ended, by what it wrote to the standard error."""
-    if "bad_alloc" in text:
-        return f"it needs more than {MEMORY_KB / 1e6:g} GB"
-    errors = [line[7:] for line in text.splitlines() if line.startswith("Error: ")]
-    lines = list(dict.fromkeys(errors or text.splitlines())) or ["it ended without a reason"]
-    return lines[0].rstrip(".") + (f" (and {len(lines) - 1} more)" if lines[1:] else "")
+def _name_unread(net: Any, findings: Findings) -> None:
+    """Add lanes on which no car, bicycle or pedestrian goes, and rail crossings."""
+    for lane in (lane for edge in net.getEdges(False) for lane in edge.getLanes()):
+        place = f"lane {lane.getID()}"
+        kind, point_m = _kind(lane), tuple(lane.getShape()[0][:2])
+        if kind != DRIVING and lane.allows("passenger"):
+            findings.add("lanes for cars below 2 m/s", place, point_m=point_m)
+        elif kind == OTHER:
+            users = min(lane.getPermissions(), default="no one")
+            findings.add(f"lanes for {users}", place, point_m=point_m)
+    for node in net.getNodes():
+        if node.getType() in ("rail_crossing", "rail_signal"):
+            place = f"junction {node.getID()}"
+            findings.add("crossings of rails, always open", place, point_m=node.getCoord())
 
 
 def _network(
-    name: str, net: Any, own: OpenDriveLanes | None, crosswalks: list, places: str
+    name: str,
+    net: Any,
+    own: OpenDriveLanes | None,
+    crosswalks: list,
+    places: str,
+    findings: Findings,
 ) -> Network:
     edges = [edge for edge in net.getEdges() if edge.getFunction() in ("", "internal")]
     sources = {lane.getID(): lane for edge in edges for lane in edge.getLanes()}
@@ -236,14 +178,12 @@ def _network(
             sides = line.beside(0.5 * line.width_m), line.beside(-0.5 * line.width_m)[::-1]
             crosswalks.append(np.vstack(sides))
     junctions = [_junction(net, node, leads) for node in net.getNodes()]
-    heights = [point[2] for lane in sources.values() for point in lane.getShape3D()]
-    is_flat = not heights or max(heights) - min(heights) < _ELEVATION_M
+    z_m = [point[2] for lane in sources.values() for point in lane.getShape3D()] or [0.0]
     bays, stops = _places(places, {lane.id: lane for lane in lanes})
-    network = Network(name, lanes, junctions, crosswalks, is_flat, bays, stops)
-    network.left_out = tuple(
-        f"{what} ({len(texts)}, the first: {texts[0]})" for what, texts in found.items() if texts
-    )
-    return network
+    for what, texts in found.items():
+        for text in texts:
+            findings.add(what, text)
+    return Network(name, lanes, junctions, crosswalks, (min(z_m), max(z_m)), bays, stops)
 
 
 def _places(path: str, lanes: dict[str, RoadLane]) -> tuple[list[np.ndarray], list[np.ndarray]]:
@@ -410,9 +350,12 @@ def _junction(net: Any, node: Any, leads: dict[str, list[str]]) -> Junction:
         for connection in lane.getOutgoing()
         if edge.getFunction() == "" and connection.getToLane().getID() in leads
     ]
-    connections, has_foes = [], node.hasFoes()
-    for connection in found:
-        others = [i for i, one in enumerate(found) if has_foes and node.forbids(one, connection)]
+    # The number of a link is searched once, and not for each pair of links.
+    links = [node.getLinkIndex(one) if node.hasFoes() else -1 for one in found]
+    connections = []
+    for connection, link in zip(found, links):
+        first = node._prohibits[link][::-1] if link >= 0 else ""
+        others = [i for i, one in enumerate(links) if 0 <= one < len(first) and first[one] == "1"]
         light = connection.getTLLinkIndex() if connection.getTLSID() else -1
         line = STOP if light >= 0 else _LINES.get(connection.getState(), "")
         if len(found) < 2:
@@ -453,26 +396,8 @@ def _polygons(path: str) -> Iterator[np.ndarray]:
 
 
 def main() -> None:
-    """Print what a map contains."""
-    if len(sys.argv) < 2 or sys.argv[2:] not in ([], ["--lanes"]):
-        sys.exit("Usage: python3 -m sdc_map.network_file MAP [--lanes]")
-    try:
-        network = load_network(sys.argv[1])
-    except MapError as error:
-        sys.exit(f"network_file: {error}")
-    length_m = sum(lane.length_m for lane in network.driving)
-    kinds = [one.kind for one in network.junctions.values() if len(one.connections) > 2]
-    print(
-        f"{network.name}: {len(network.driving)} lanes for cars, {length_m / 1000:.1f} km, "
-        f"{len(kinds)} junctions, {kinds.count('traffic_light')} with lights, "
-        f"{len(network.crosswalks)} crosswalks" + ("" if network.is_flat else "; driven flat")
-    )
-    for text in network.left_out:
-        print(f"left out: {text}")
-    for lane in network.driving if sys.argv[2:] else ():
-        if not lane.junction:
-            (x, y), (end_x, end_y) = lane.points_m[[0, -1]]
-            print(f"{lane.id}: ({x:.1f}, {y:.1f}) to ({end_x:.1f}, {end_y:.1f})")
+    """Print what a map contains, as rosrun sdc_map check.py does."""
+    sys.exit(importlib.import_module("sdc_map.map_report").main())
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ from typing import Any, Iterable, Iterator
 import numpy as np
 
 from sdc_map.direct_junctions import write_connecting_roads
+from sdc_map.findings import Findings
 from sdc_map.road_geometry import cubics
 
 _UNITS_MPS = {"mph": 0.44704, "km/h": 1.0 / 3.6, "m/s": 1.0}
@@ -25,50 +26,66 @@ _TYPES = {
 _FOR_CARS = ("driving", "entry", "exit", "onRamp", "offRamp", "mwyEntry", "mwyExit")
 # Attributes without which netconvert refuses the whole map.
 _NEEDED = {"signal": ("id", "type", "s", "orientation", "dynamic"), "object": ("s", "t")}
+# Elements of a road that are not read, and the first level of the file that is.
+_UNREAD = ("superelevation", "shape", "CRG", "access", "material", "bridge", "tunnel", "railroad")
+_READ = ("header", "road", "junction", "controller", "junctionGroup", "userData")
 # Curvatures that differ by less are the same [1/m]: within 100 m, they are 0.2 mm apart.
 _SAME_CURVATURE = 1e-7
+# Positions that are farther from the origin are coordinates of the Earth [m].
+FARTHEST_M = 100_000.0
 # Limits and sections that begin so close to each other begin at one place.
 _SAME_PLACE_M = 1.0
 
 
-def read_opendrive(path: str) -> tuple[ElementTree.Element, list[str]]:
-    """Return the tree of a file in the form that netconvert reads, and what is left out of it.
+def read_opendrive(root: ElementTree.Element, findings: Findings) -> None:
+    """Bring the tree of a file into the form that netconvert reads; add what is left out.
 
     Each lane has its speed limits, those of the road, too, and a width instead of a border. The
     projection and the offset are left out: positions are those of the file, as CARLA uses them.
 
     Raises:
-        ElementTree.ParseError, KeyError, ValueError: it is not valid OpenDRIVE
+        LookupError, ValueError: it is not valid OpenDRIVE
     """
-    root = ElementTree.parse(path).getroot()
-    for element in root.iter():
-        element.tag = element.tag.rpartition("}")[2]
-    if root.tag != "OpenDRIVE":
-        raise ValueError("it has no element OpenDRIVE")
     for header in root.findall("header"):
         for element in [*header.findall("geoReference"), *header.findall("offset")]:
             header.remove(element)
     _refuse(root)
-    left_out: dict[str, list[str]] = {}
-    _remove_open_links(root, left_out)
+    _move(root, findings)
+    _remove_open_links(root, findings)
+    for element in root:
+        if element.tag not in _READ:
+            findings.add(f"elements {element.tag}", f"{element.tag} {element.get('id')}")
     for road in root.iter("road"):
-        for section, start_m, _ in sections(road):
-            # netconvert takes lanes to be in this order.
-            for side in (*section.findall("left"), *section.findall("right")):
-                side[:] = sorted(side, key=lambda lane: -int(lane.get("id", 0)))
-            _write_widths(section)
-            place = f"road {road.attrib['id']} at {start_m:.0f} m"
-            for lane in section.iter("lane"):
-                kind = lane.get("type", "")
-                if kind in _NOT_DRIVEN:
-                    left_out.setdefault(f"lanes of the type {kind}", []).append(place)
-                lane.set("type", _TYPES.get(kind, kind))
-        _write_limits(road)
-        _write_arcs(road)
-        _remove_incomplete(road, left_out)
-    write_connecting_roads(root, left_out)
-    texts = (f"{what} ({len(found)}, the first: {found[0]})" for what, found in left_out.items())
-    return root, list(texts)
+        try:
+            _read_road(road, findings)
+        except (LookupError, ValueError) as error:
+            reason = f"an element lacks {error}" if isinstance(error, LookupError) else error
+            raise ValueError(f"road {road.get('id')}: {reason}; correct it there") from None
+    write_connecting_roads(root, findings)
+
+
+def _read_road(road: ElementTree.Element, findings: Findings) -> None:
+    name = road.attrib["id"]
+    for section, start_m, _ in sections(road):
+        # netconvert takes lanes to be in this order.
+        for side in (*section.findall("left"), *section.findall("right")):
+            side[:] = sorted(side, key=lambda lane: -int(lane.get("id", 0)))
+        _write_widths(section)
+        for lane in section.iter("lane"):
+            kind = lane.get("type", "")
+            if kind in _NOT_DRIVEN or kind not in ("", "none", *_FOR_CARS, *_TYPES):
+                place = f"road {name} at {start_m:.0f} m"
+                findings.add(f"lanes of the type {kind}", place, name, start_m)
+            lane.set("type", _TYPES.get(kind, kind))
+    _write_limits(road)
+    _write_arcs(road)
+    _remove_incomplete(road, findings)
+    _name_unread(road, findings)
+    lanes = (lane for lane in road.iter("lane") if lane.get("id") != "0")
+    driven = [lane for lane in lanes if lane.get("type") in _FOR_CARS]
+    is_limited = all(lane.find("speed") is not None for lane in driven)
+    if not is_limited and road.get("junction", "-1") == "-1":
+        findings.add("roads without a limit, read as 50 km/h", f"road {name}", name)
 
 
 def _refuse(root: ElementTree.Element) -> None:
@@ -78,12 +95,43 @@ def _refuse(root: ElementTree.Element) -> None:
         if names.count(name) > 1:
             raise ValueError(f"{names.count(name)} roads have the id {name}; give each its own")
     for road in root.iter("road"):
+        if not 0.0 <= float(road.get("length", "nan")) < FARTHEST_M:
+            name = f"road {road.get('id')} has the length {road.get('length')}"
+            raise ValueError(f"{name}, which must be from 0 to 100 km; write the right length")
         if road.get("rule") == "LHT":
             name = f"road {road.get('id')} has left-hand traffic"
             raise ValueError(f'{name} (rule="LHT"), which is not driven; use a map with "RHT"')
 
 
-def _remove_open_links(root: ElementTree.Element, left_out: dict[str, list[str]]) -> None:
+def _move(root: ElementTree.Element, findings: Findings) -> None:
+    """Move a map in coordinates of the Earth to the origin."""
+    rows = [(road, piece) for road in root.iter("road") for piece in road.iter("geometry")]
+    places = np.array([[float(piece.attrib[axis]) for axis in "xy"] for _, piece in rows])
+    for (road, _), place in zip(rows, places):
+        if not np.isfinite(place).all():
+            raise ValueError(f"road {road.get('id')} is at {place.tolist()}; write numbers there")
+    moved = moved_to_origin(places, findings, f"road {rows[0][0].get('id')}" if rows else "")
+    for (_, piece), place in zip(rows, moved.tolist()):
+        piece.attrib.update(zip("xy", map(repr, place)))
+
+
+def moved_to_origin(places: np.ndarray, findings: Findings, first: str) -> np.ndarray:
+    """Return places (N, 2), around the origin if they are coordinates of the Earth [m].
+
+    Args:
+        places: the places [m]
+        findings: that they are moved is added here
+        first: where the first of them is in the file
+    """
+    if not len(places) or not np.abs(places).max() > FARTHEST_M:
+        return places
+    middle = (0.5 * (places.min(axis=0) + places.max(axis=0))).round(-2)
+    x_m, y_m = (0.0 - middle).tolist()
+    findings.add(f"places, moved by ({x_m:.0f}, {y_m:.0f}) m", first)
+    return places - middle
+
+
+def _remove_open_links(root: ElementTree.Element, findings: Findings) -> None:
     """Remove links to roads and junctions that the file does not have."""
     known = {(kind, one.get("id")) for kind in ("road", "junction") for one in root.iter(kind)}
     links = [
@@ -105,11 +153,11 @@ def _remove_open_links(root: ElementTree.Element, left_out: dict[str, list[str]]
         lost = [target for target in targets if target not in known]
         if lost and link.tag in ("connection", "predecessor", "successor"):
             place = f"{name} to {lost[0][0]} {lost[0][1]}"
-            left_out.setdefault("links to what the file does not have", []).append(place)
+            findings.add("links to what the file does not have", place)
             parent.remove(link)
 
 
-def _remove_incomplete(road: ElementTree.Element, left_out: dict[str, list[str]]) -> None:
+def _remove_incomplete(road: ElementTree.Element, findings: Findings) -> None:
     """Remove signals and objects for which netconvert would refuse the whole map."""
     for kind, names in _NEEDED.items():
         for parent in road.findall(kind + "s"):
@@ -117,8 +165,25 @@ def _remove_incomplete(road: ElementTree.Element, left_out: dict[str, list[str]]
                 lacking = [name for name in names if not element.get(name)]
                 if lacking:
                     place = f"{kind} {element.get('id')} of road {road.get('id')}"
-                    left_out.setdefault(f"{kind}s without {lacking[0]}", []).append(place)
+                    findings.add(f"{kind}s without {lacking[0]}", place, road.attrib["id"])
                     parent.remove(element)
+
+
+def _name_unread(road: ElementTree.Element, findings: Findings) -> None:
+    """Add signs, objects and other parts of a road that the map does not have."""
+    for element in road.iter():
+        tag, kind = element.tag, element.get("type", "")
+        is_zero = not any(float(element.get(name, 0.0)) for name in "abcd")
+        if tag == "signal" and element.get("dynamic") != "yes":
+            text = f"signals of the type {kind}"
+        elif tag == "object" and kind.lower() != "crosswalk":
+            text = f"objects of the type {kind or 'none'}"
+        elif tag in _UNREAD and not (tag in _UNREAD[:2] and is_zero):
+            text = f"elements {tag}"
+        else:
+            continue
+        name, s_m = road.attrib["id"], float(element.get("s", 0.0))
+        findings.add(text, f"road {name} at {s_m:.0f} m", name, s_m)
 
 
 def sections(road: ElementTree.Element) -> Iterator[tuple[ElementTree.Element, float, float]]:
@@ -184,12 +249,12 @@ def _write_limits(road: ElementTree.Element) -> None:
 
     A section is also split where cars may cross a line between two lanes from there on, or may not.
     """
-    of_road = [(float(one.get("s", 0.0)), _limit_mps(road, one)) for one in road.findall("type")]
+    of_road = [(float(one.get("s", 0.0)), _limit_mps(one)) for one in road.findall("type")]
     for section, start_m, end_m in sections(road):
         lanes = {lane.attrib["id"]: lane for lane in section.iter("lane")}
         lanes.pop("0", None)
         of_lanes = [
-            [(start_m + s, _limit_mps(road, [one])) for s, one in _along(lane, "speed")]
+            [(start_m + s, _limit_mps([one])) for s, one in _along(lane, "speed")]
             for lane in lanes.values()
         ]
         of_lines = [
@@ -283,7 +348,7 @@ def _last(rows: list[tuple[float, Any]], s_m: float) -> Any:
     return next((value for s, value in reversed(rows) if s <= s_m + _SAME_PLACE_M), None)
 
 
-def _limit_mps(road: ElementTree.Element, parent: Iterable[ElementTree.Element]) -> float | None:
+def _limit_mps(parent: Iterable[ElementTree.Element]) -> float | None:
     """Return the speed limit that an element contains, None without one [m/s]."""
     speed = next((child for child in parent if child.tag == "speed"), None)
     text = "undefined" if speed is None else speed.get("max", "undefined")
@@ -291,5 +356,5 @@ def _limit_mps(road: ElementTree.Element, parent: Iterable[ElementTree.Element])
         return _NO_LIMIT_MPS if text == "no limit" else None
     unit = speed.get("unit", "m/s")
     if unit not in _UNITS_MPS:
-        raise ValueError(f"road {road.get('id')}: unit {unit!r} of a speed limit is unknown")
+        raise ValueError(f"unit {unit!r} of a speed limit is unknown")
     return float(text) * _UNITS_MPS[unit] or None

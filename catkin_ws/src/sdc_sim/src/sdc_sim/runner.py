@@ -4,7 +4,8 @@
 
 prints the arguments of all.launch, one per line. Given arguments override those of the scenario,
 given `sim_options` are merged with its options. On a map, the first mission is written beside the
-report. Without a scenario NAME is empty.
+report; what is in the file of a map is printed to the standard error. Without a scenario NAME is
+empty.
 
     python3 -m sdc_sim.runner check NAME REPORT
 
@@ -32,6 +33,8 @@ from sdc_common.geometry.road_line import road_route
 from sdc_common.processes import isolated_ros_environment
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_common.validation import DocumentError
+from sdc_map.map_report import report_lines
+from sdc_map.network_file import load_network
 from sdc_sim.catkin_workspace import WorkspaceError, check_stack, workspace_environment
 from sdc_sim.report.writer import EVENTS, companion, complete_report, is_complete
 from sdc_sim.scenario.acceptance_limits import read_report, violations
@@ -274,6 +277,8 @@ def main() -> int:
     try:
         if task == "check":
             return _print_check(name, load_scenario(find_scenario(name)), report_path)
+        if "." in given.get("map", ""):  # a file
+            print(*report_lines(load_network(given["map"])), sep="\n", file=sys.stderr)
         arguments = launch_arguments(report_path, given)
         if name:
             arguments = prepare(load_scenario(find_scenario(name)), report_path, arguments)

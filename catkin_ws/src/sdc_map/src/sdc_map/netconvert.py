@@ -1,0 +1,238 @@
+"""Make SUMO's network of a map with `netconvert`, which docker/prepare maps installs.
+
+What netconvert makes is kept in a cache by the content of the map.
+"""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+import xml.etree.ElementTree as ElementTree
+import zlib
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sdc_common.validation import DocumentError
+from sdc_map.findings import Findings
+from sdc_map.opendrive_file import moved_to_origin, read_opendrive
+from sdc_map.osm_file import read_osm
+from sdc_map.yellow import lengthen_yellow
+
+VERSION = "1.28.0"
+INSTALL = "run docker/prepare maps, which installs it and needs a connection"
+_OPTIONS = ("--no-turnarounds", "--offset.disable-normalization", "--precision", "4")
+# With these, centre lines are within 5 cm of the lanes of OpenDRIVE, in junctions within 20 cm.
+# `--opendrive.lane-shapes` would move lanes beside a median by metres.
+_OPENDRIVE = (
+    *("--opendrive-files=../map.xodr", "--polygon-output=map.poly.xml"),
+    *("--opendrive.curve-resolution", "0.5", "--opendrive.advance-stopline", "0"),
+    *("--opendrive.internal-shapes", "--output.original-names"),
+)
+# `--osm.crossings` ends with a segmentation fault on most towns.
+_OSM = (
+    *("--osm-files=../map.osm", "--type-files=../types.xml"),
+    *("--geometry.remove", "--ramps.guess", "--junctions.join", "--xml-validation", "never"),
+    *("--tls.join", "--osm.sidewalks", "--osm.turn-lanes", "--osm.lane-access"),
+    # Streets in towns have sidewalks: those with a limit from 21 to 60 km/h.
+    *("--sidewalks.guess", "--sidewalks.guess.max-speed", "17", "--crossings.guess"),
+)
+# At most so much time [s] and memory [kB] for netconvert: some files make it take all there is.
+TIMEOUT_S = 60.0
+MEMORY_KB = 2_000_000
+# Larger files take more than that in Python.
+MOST_BYTES = 50_000_000
+# Endings of the files that are read, by their first element.
+_ENDINGS = {"OpenDRIVE": (".xodr",), "osm": (".osm", ".osm.xml"), "net": (".net.xml",)}
+_FIXES = {
+    "OpenDRIVE": "check the file, for example with asam-qc-opendrive, or read a part of it",
+    "osm": "export a smaller area, or another one",
+    "net": "make it again with netconvert",
+}
+
+
+# libsumo would look for data of projections, which are not installed.
+_PROJECTION = re.compile(b'projParameter="[^"]*"')
+
+
+class MapError(DocumentError):
+    """A map that cannot be used; the one-line message names file, problem and fix."""
+
+
+@dataclass
+class MapSource:
+    """The files of a map."""
+
+    net_path: str  # SUMO's network
+    crosswalks_path: str = ""  # crosswalks of OpenDRIVE, "" for other maps
+    opendrive: ElementTree.Element | None = None  # the tree of OpenDRIVE, None for other maps
+    findings: Findings = field(default_factory=Findings)
+
+
+def map_source(path: str) -> MapSource:
+    """Return the files of a map; netconvert makes a network of OpenDRIVE and OpenStreetMap.
+
+    Raises:
+        MapError: it cannot be read
+    """
+    name = re.sub(r"\.gz$", "", path.lower())
+    tag = next((tag for tag, endings in _ENDINGS.items() if name.endswith(endings)), "")
+    if not tag:
+        fix = "name a .xodr of OpenDRIVE, an .osm of OpenStreetMap or a .net.xml of SUMO"
+        if name.endswith(".pbf"):
+            fix = "write it as XML: osmium cat FILE.osm.pbf -o FILE.osm"
+        raise MapError(f"{path}: is no map by its ending; {fix}")
+    root, findings = _parsed(path, tag), Findings()
+    options: tuple[str, ...] = _OPENDRIVE
+    try:
+        if tag == "net":
+            return MapSource(_moved(path, root, findings), findings=findings)
+        if tag == "OpenDRIVE":
+            read_opendrive(root, findings)
+            files = {"map.xodr": ElementTree.tostring(root)}
+        else:
+            content, types, projection = read_osm(root, findings)
+            files, options = {"map.osm": content, "types.xml": types}, (*_OSM, projection)
+    except LookupError as error:
+        raise MapError(f"{path}: lacks a part ({error!r}); {_FIXES[tag]}") from None
+    except ValueError as error:
+        raise MapError(f"{path}: {error}") from None
+    folder = _converted(path, files, options, _FIXES[tag])
+    net_path = os.path.join(folder, "map.net.xml")
+    if tag == "osm":
+        return MapSource(net_path, findings=findings)
+    return MapSource(net_path, os.path.join(folder, "map.poly.xml"), root, findings)
+
+
+def _parsed(path: str, tag: str) -> ElementTree.Element:
+    """Return the tree of an XML file whose first element has this tag, without namespaces."""
+    with open(path, "rb") as file:
+        is_packed = file.read(2) == b"\x1f\x8b"
+    content = b""
+    try:
+        with gzip.open(path) if is_packed else open(path, "rb") as file:
+            content = file.read(MOST_BYTES + 1)
+        if len(content) > MOST_BYTES:
+            most_mb = MOST_BYTES // 1_000_000
+            raise MapError(f"{path}: has more than {most_mb} MB; read a smaller area")
+        root = ElementTree.fromstring(content)
+    except MapError:
+        raise
+    except (ElementTree.ParseError, EOFError, LookupError, ValueError, zlib.error) as error:
+        text = f"is no XML: {error}" if content else "is empty"
+        raise MapError(f"{path}: {text}; download or export it again") from None
+    for element in root.iter():
+        element.tag = element.tag.rpartition("}")[2]
+    if root.tag != tag:
+        fix = "download or export it again"
+        if root.tag in _ENDINGS:
+            fix = f"name it with the ending {_ENDINGS[root.tag][0]}"
+        raise MapError(f"{path}: its first element is {root.tag}, not {tag}; {fix}")
+    return root
+
+
+def _moved(path: str, root: ElementTree.Element, findings: Findings) -> str:
+    """Return the path of a network of SUMO, or of a copy that is around the origin."""
+    nodes = [one for one in root.iter("junction") if one.get("x")]
+    places = np.array([[float(one.get(axis, "nan")) for axis in "xy"] for one in nodes])
+    first = f"junction {nodes[0].get('id')}" if nodes else ""
+    moved = moved_to_origin(places.reshape(-1, 2), findings, first)
+    if not findings.places:
+        return path
+    x_m, y_m = places[0] - moved[0]
+    for one, place in zip(nodes, moved.tolist()):
+        one.attrib.update(zip("xy", map(repr, place)))
+    for element in root.iter():
+        for key in (name for name in element.attrib if name.lower().endswith("shape")):
+            points = [point.split(",") for point in element.attrib[key].split()]
+            element.attrib[key] = " ".join(
+                ",".join([f"{float(x) - x_m:.4f}", f"{float(y) - y_m:.4f}", *z])
+                for x, y, *z in points
+            )
+    content = _PROJECTION.sub(b'projParameter="!"', ElementTree.tostring(root), count=1)
+    folder = _cache_folder(content)
+    os.makedirs(folder, exist_ok=True)
+    net_path = os.path.join(folder, "map.net.xml")
+    with open(f"{net_path}.{os.getpid()}", "wb") as file:
+        file.write(content)
+    os.replace(file.name, net_path)
+    return net_path
+
+
+def _cache_folder(content: bytes) -> str:
+    root = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    return os.path.join(root, "sdc_maps", hashlib.sha256(content).hexdigest()[:32])
+
+
+def _netconvert() -> str:
+    """Return the path of netconvert, which is installed beside sumolib."""
+    sumolib = importlib.util.find_spec("sumolib")
+    folder = os.path.dirname(os.path.dirname((sumolib and sumolib.origin) or ""))
+    path = os.path.join(folder, "sumo", "bin", "netconvert")
+    if not os.access(path, os.X_OK):
+        raise MapError(f"netconvert {VERSION}, which reads maps, is missing; {INSTALL}")
+    return path
+
+
+def _converted(path: str, files: dict[str, bytes], options: tuple[str, ...], fix: str) -> str:
+    """Return the folder of the cache with what netconvert makes of files, by their names."""
+    options = (*options, *_OPTIONS)
+    content = "\n".join((VERSION, *options, "yellow", "")).encode() + b"".join(files.values())
+    folder = _cache_folder(content)
+    if os.path.isdir(folder):
+        return folder
+    program = _netconvert()
+    os.makedirs(os.path.dirname(folder), exist_ok=True)
+    # A drive that is interrupted, or another one at the same time, leaves no half of a map.
+    with tempfile.TemporaryDirectory(dir=os.path.dirname(folder)) as place:
+        for name, data in files.items():
+            with open(os.path.join(place, name), "wb") as file:
+                file.write(data)
+        made = os.path.join(place, "made")
+        os.mkdir(made)
+        net_path = os.path.join(made, "map.net.xml")
+        command = [program, *options, "--output-file=map.net.xml"]
+        # The data of another version of SUMO, or of libsumo in this process, are not its own.
+        own = {name: value for name, value in os.environ.items() if name != "SUMO_HOME"}
+        try:
+            done = subprocess.run(
+                ["/bin/sh", "-c", f'ulimit -v {MEMORY_KB}; exec "$@"', "sh", *command],
+                capture_output=True,
+                text=True,
+                check=False,
+                cwd=made,
+                env=own,
+                timeout=TIMEOUT_S,
+            )
+        except subprocess.TimeoutExpired:
+            raise MapError(f"{path}: netconvert takes more than {TIMEOUT_S:g} s; {fix}") from None
+        if done.returncode or not os.path.exists(net_path):
+            raise MapError(f"{path}: netconvert cannot read it: {_reason(done.stderr)}; {fix}")
+        with open(net_path, "rb") as file:
+            network = file.read()
+        with open(net_path, "wb") as file:
+            file.write(_PROJECTION.sub(b'projParameter="!"', network, count=1))
+        lengthen_yellow(net_path)
+        try:
+            os.rename(made, folder)
+        except OSError:
+            if not os.path.isdir(folder):
+                shutil.copytree(made, folder)
+    return folder
+
+
+def _reason(text: str) -> str:
+    """Return in one line why netconvert ended, by what it wrote to the standard error."""
+    if "bad_alloc" in text:
+        return f"it needs more than {MEMORY_KB / 1e6:g} GB"
+    if "No edges loaded" in text or "No nodes loaded" in text:
+        return "no road with a length has a lane for cars"
+    errors = [line[7:] for line in text.splitlines() if line.startswith("Error: ")]
+    lines = list(dict.fromkeys(errors or text.splitlines())) or ["it ended without a reason"]
+    return lines[0].rstrip(".") + (f" (and {len(lines) - 1} more)" if lines[1:] else "")

@@ -1,0 +1,164 @@
+"""Streets of OpenStreetMap."""
+
+import numpy as np
+import pytest
+
+from sdc_map.lane_graph import LaneGraph
+from sdc_map.mission import plan_mission
+from sdc_map.network import DRIVING, WALKING, edge_of
+from sdc_map.network_file import MapError, load_network
+from sdc_testing.street_maps import needs_maps, write
+
+pytestmark = needs_maps
+
+# A degree of latitude at 52 degrees, and of longitude [m].
+_NORTH_M, _EAST_M = 111_267.0, 68_678.0
+_LIGHT = {"highway": "traffic_signals"}
+# Nodes by their ids: place to the east and north [m] and tags. Main Street is 600 m long from west
+# to east; Side Street crosses it at (0, 0), with lights 15 m before the crossing on Main Street.
+_NODES = {
+    1: (-300, 0, {}),
+    2: (-15, 0, _LIGHT),
+    3: (0, 0, {}),
+    4: (15, 0, _LIGHT),
+    5: (300, 0, {}),
+    6: (0, 200, {}),
+    7: (0, -200, {}),
+    8: (-200, 0, {"railway": "level_crossing"}),
+    9: (-200, 90, {}),
+    10: (-200, -90, {}),
+    11: (150, 0, {}),
+    12: (150, 40, {}),
+    13: (150, -100, {"barrier": "bollard"}),
+    14: ("nan", "nan", {}),
+}
+_WAYS = {
+    100: ([1, 8, 2, 3, 4, 11, 5], {"highway": "secondary", "maxspeed": "DE:urban"}),
+    101: ([6, 3, 99, 14, 7], {"highway": "residential", "maxspeed": "20 mph"}),
+    102: ([9, 8, 10], {"railway": "rail"}),
+    103: ([11, 12], {"highway": "service", "service": "driveway"}),
+    104: ([11, 13], {"highway": "residential"}),
+    105: ([9, 12], {"highway": "footway"}),
+    106: ([7, 13], {"highway": "residential", "access": "private"}),
+}
+
+
+def osm(nodes=None, ways=None):
+    """Return a file of OpenStreetMap around 52 degrees north, 10 degrees east."""
+
+    def element(tag, number, attributes, tags, inner=""):
+        texts = "".join(f'<tag k="{key}" v="{value}"/>' for key, value in tags.items())
+        return f'<{tag} id="{number}" {attributes}>{inner}{texts}</{tag}>'
+
+    lines = ['<osm version="0.6">']
+    for number, (east, north, tags) in (nodes or _NODES).items():
+        place = f'lat="{52 + float(north) / _NORTH_M}" lon="{10 + float(east) / _EAST_M}"'
+        lines.append(element("node", number, place, tags))
+    for number, (names, tags) in (ways or _WAYS).items():
+        refs = "".join(f'<nd ref="{name}"/>' for name in names)
+        lines.append(element("way", number, "", tags, refs))
+    return "\n".join([*lines, "</osm>"])
+
+
+@pytest.fixture(scope="module", name="town")
+def _town(tmp_path_factory):
+    return load_network(write(tmp_path_factory.mktemp("osm"), osm(), "town.osm"))
+
+
+def test_streets_are_around_the_middle_of_the_map(town):
+    assert town.bounds_m == pytest.approx((-300.0, -200.0, 300.0, 200.0), abs=4.0)
+    mission = plan_mission(LaneGraph(town), [(250.0, -1.6)], -250.0, -1.6)
+    assert mission.ends_m == pytest.approx((500.0,), abs=1.0)
+
+
+def test_only_streets_for_cars_and_their_sidewalks_are_read(town):
+    streets = {edge_of(name).partition("#")[0] for name in town.lanes if name[0] != ":"}
+    assert {name.lstrip("-") for name in streets} == {"100", "101", "104"}
+    kinds = {lane.kind for lane in town.lanes.values()}
+    assert kinds == {DRIVING, WALKING}
+    assert "rail_crossing" not in {one.kind for one in town.junctions.values()}
+    assert len(town.crosswalks) >= 4
+
+
+def test_limits_are_those_of_the_file_or_of_the_kind_of_street(town):
+    found = {
+        round(lane.speed_limit_mps, 2)
+        for lane in town.driving
+        if not lane.junction and lane.id.lstrip("-").startswith(("100", "101"))
+    }
+    assert found == {13.89, 8.94}
+    (beside,) = {
+        round(lane.speed_limit_mps, 2) for lane in town.driving if lane.id.lstrip("-")[:3] == "104"
+    }
+    assert beside == 13.89
+
+
+def test_lights_before_a_crossing_are_those_of_the_crossing(town):
+    (junction,) = (one for one in town.junctions.values() if one.phases)
+    assert np.hypot(*junction.polygon_m.mean(axis=0)) < 3.0
+    starts = {one.start for one in junction.connections if one.signal >= 0}
+    assert len(starts) == 4
+
+
+def test_what_is_not_in_the_map_is_named(town):
+    found = {kind: [one.text for one in places] for kind, places in town.findings.places.items()}
+    assert found == {
+        "points of streets with railway=level_crossing": ["node 8"],
+        "points of streets with barrier=bollard": ["node 13"],
+        "nodes that the file lacks": ["node 99"],
+        "nodes without a valid place": ["node 14"],
+        "ways with railway=rail": ["way 102"],
+        "ways with highway=service, driveways": ["way 103"],
+        "ways with highway=residential without a limit, read as 50 km/h": ["way 104"],
+        "ways with highway=footway": ["way 105"],
+        "ways with highway=residential, closed to cars": ["way 106"],
+    }
+    (place,) = town.findings.places["points of streets with barrier=bollard"]
+    assert place.point_m == pytest.approx((150.0, -100.0), abs=0.5)
+
+
+def test_light_without_a_crossing_is_named(tmp_path):
+    ways = {100: ([1, 2, 3], {"highway": "primary", "maxspeed": "50"})}
+    network = load_network(write(tmp_path, osm(ways=ways), "a.osm"))
+    assert [*network.findings.lines()] == ["lights that are at no junction (1, the first: node 2)"]
+
+
+@pytest.mark.parametrize(
+    ("limit", "limit_mps"),
+    [("30", 8.33), ("30 km/h", 8.33), ("none", 36.11), ("walk", 2.78), ("signals", None)],
+)
+def test_words_of_limits_are_read(tmp_path, limit, limit_mps):
+    ways = {100: ([1, 5], {"highway": "primary", "maxspeed": limit})}
+    network = load_network(write(tmp_path, osm(ways=ways), "a.osm"))
+    found = [round(lane.speed_limit_mps, 2) for lane in network.driving]
+    assert found == [limit_mps or 13.89] * len(found)
+    named = [] if limit_mps else ["limits of the kind signals, not read (1, the first: way 100)"]
+    assert [*network.findings.lines()] == named
+
+
+@pytest.mark.parametrize(
+    ("ways", "words"),
+    [
+        ({100: ([1, 5], {"highway": "footway"})}, "no street for cars, only footway; export"),
+        ({100: ([1, 5], {"building": "yes"})}, "no way with the key highway; export"),
+        ({100: ([14, 99], {"highway": "primary"})}, "no street for cars"),
+    ],
+)
+def test_file_without_streets_is_one_line(tmp_path, ways, words):
+    path = write(tmp_path, osm(ways=ways), "a.osm")
+    with pytest.raises(MapError, match=words) as error:
+        load_network(path)
+    assert str(error.value).startswith(path) and "\n" not in str(error.value)
+
+
+def test_number_of_lanes_that_is_none_is_named(tmp_path):
+    ways = {100: ([1, 5], {"highway": "primary", "maxspeed": "50", "lanes": "9999"})}
+    network = load_network(write(tmp_path, osm(ways=ways), "a.osm"))
+    assert [*network.findings.lines()] == ["lanes=9999, not read (1, the first: way 100)"]
+
+
+def test_streets_on_two_continents_are_one_line(tmp_path):
+    nodes = {1: (0, 0, {}), 2: (500_000, 0, {})}
+    ways = {100: ([1, 2], {"highway": "primary"})}
+    with pytest.raises(MapError, match="farther than 100 km apart; export a smaller area"):
+        load_network(write(tmp_path, osm(nodes, ways), "a.osm"))
