@@ -74,7 +74,7 @@ _MAPS = {
 
 
 @needs_maps
-@pytest.mark.slow
+@pytest.mark.slow(5)
 @pytest.mark.parametrize("name", _MAPS)
 def test_drawn_routes_are_drivable(tmp_path, name):
     assert_routes_are_drivable(load_network(_MAPS[name](tmp_path)), 100)
