@@ -126,7 +126,11 @@ def test_group_of_a_car_replaces_all_topics_of_its_nodes_and_its_referee():
         for file in (one for one in files if one.endswith(".py")):
             with open(os.path.join(folder, file), encoding="utf-8") as script:
                 topics |= set(re.findall(r'"(/[a-z_]+/[a-z_/]+)"', script.read()))
-    of_world = {one for one in topics if re.match("/carla/traffic|/sim/|/stack/", one)}
+    of_world = {
+        one
+        for one in topics
+        if re.match("/carla/(traffic|objects|markers)|/clock|/tf|/sim/|/stack/", one)
+    }
     assert topics - of_world - remapped == set()
     for one in tree.iter("remap"):
         place = "$(arg ego)" if "/ego_vehicle/" in one.get("from") else "$(arg folder)"
