@@ -19,7 +19,6 @@ from types import SimpleNamespace
 from typing import Iterator, Sequence
 
 from sdc_common.validation import DocumentError
-from sdc_experiments.championship.driver_process import MAX_SOURCE
 from sdc_experiments.commands import WordError, parse
 from sdc_experiments.sandbox import SandboxError, user_id
 from sdc_experiments.sweep.dask_engine import ClusterError
@@ -34,6 +33,7 @@ from sdc_workshop.grading.record import printable, write_json, write_table
 from sdc_workshop.grading.rubric import PACKAGED, load_rubric
 from sdc_workshop.grading.summary import cells, ranked, write_csv, write_pages
 from sdc_workshop.steps import load_steps
+from sdc_workshop.student_file import MAX_BYTES
 from sdc_workshop.workspace import PROJECT
 
 _SETTINGS = "grading.json"
@@ -124,7 +124,7 @@ def add_championship(grades: list, output: Path, drives: int) -> None:
                 name += "_"
             names[name] = found
             with path.open("rb") as file:  # a longer file is refused by the round
-                (folder / f"{name}.py").write_bytes(file.read(MAX_SOURCE + 1))
+                (folder / f"{name}.py").write_bytes(file.read(MAX_BYTES))
     command = [PROJECT / "championship", "round", folder, f"drives:={drives}", "reveal:=false"]
     subprocess.run([*command, "baselines:=false"], check=False)
     for name, found in names.items():
