@@ -431,12 +431,18 @@ def test_link_without_target_is_left_out(tmp_path):
     assert [*network.findings.lines()] == [expected]
 
 
-def test_elevation_is_noticed(tmp_path):
+def test_lanes_have_the_heights_of_the_file(tmp_path):
     assert load_network(write(tmp_path, _MAPS["line"])).is_flat
-    hill = '<elevationProfile><elevation s="0" a="0" b="0.1" c="0" d="0"/></elevationProfile>'
-    text = _MAPS["line"].replace("</planView>", "</planView>" + hill)
-    path = write(tmp_path, text, "hill.xodr")
-    assert not load_network(path).is_flat
+    hill = (
+        '<elevation s="0" a="2" b="0" c="0.01" d="0"/><elevation s="20" a="6" b="0.4" c="0" d="0"/>'
+    )
+    hill = f"</planView><elevationProfile>{hill}</elevationProfile>"
+    network = load_network(write(tmp_path, _MAPS["line"].replace("</planView>", hill), "hill.xodr"))
+    assert not network.is_flat
+    for one in network.driving:
+        s_m = np.array([0.0, 10.0, 20.0, 50.0])
+        s_m = one.length_m - s_m if one.z_m[0] > one.z_m[-1] else s_m
+        assert one.height_at(s_m) == pytest.approx([2.0, 3.0, 6.0, 18.0], abs=0.01)
 
 
 def test_map_in_coordinates_of_the_earth_is_moved_to_the_origin(tmp_path):

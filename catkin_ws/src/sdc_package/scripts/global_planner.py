@@ -50,7 +50,7 @@ class GlobalPlannerNode:
         with self.lock, refusing("/carla/ego_vehicle/odometry"):
             x, y, yaw, _ = pose_and_speed(odometry)
             try:
-                mission = self.planner.update(x, y, yaw)
+                mission = self.planner.update(x, y, yaw, odometry.pose.pose.position.z)
             except NoRouteError as error:
                 if self.planner.mission is None:
                     refuse(error)

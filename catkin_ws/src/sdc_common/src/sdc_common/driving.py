@@ -15,6 +15,9 @@ from typing import Any, Mapping, Sequence, Tuple
 import numpy as np
 
 _THREE_FLOAT32 = struct.Struct("<fff")
+# What is higher or lower than this is on another level, such as below a bridge [m]; a road between
+# two places rises by at most the second one for each metre.
+_LEVEL_M, _STEEPEST = 2.5, 0.08
 
 # x [m], y [m], target speed [m/s]
 PathPoint = Tuple[float, float, float]
@@ -33,9 +36,10 @@ class DetectedObstacle:
         speed_mps: speed along the heading [m/s]
         id: as in the collision events, 0 if it is not known
         kind: car, pedestrian, ..., as config/obstacle_kinds.yaml names them; "" if it is not known
+        z_m: height of the ground below it, NaN if it is not known [m]
 
     Raises:
-        ValueError: a number is not finite
+        ValueError: a number other than z_m is not finite
     """
 
     x_m: float
@@ -46,6 +50,7 @@ class DetectedObstacle:
     speed_mps: float
     id: int = 0
     kind: str = ""
+    z_m: float = math.nan
 
     def __post_init__(self):
         numbers = self.x_m, self.y_m, self.yaw_rad, self.length_m, self.width_m, self.speed_mps
@@ -66,6 +71,7 @@ class Observation:
         obstacles: the detected obstacles
         light_states: state of each traffic light by its id
         readings: what further sensors measure in this tick, None if there are none
+        z_m: measured height, NaN if it is not known [m]
     """
 
     stamp_ns: int
@@ -76,6 +82,7 @@ class Observation:
     obstacles: Sequence[DetectedObstacle] = ()
     light_states: Mapping[int, int] = field(default_factory=dict)
     readings: Any = None
+    z_m: float = math.nan
 
     @property
     def stamp_s(self) -> float:
@@ -152,7 +159,22 @@ def points_as_sent(points_m: np.ndarray) -> np.ndarray:
     return np.asarray(points_m).astype(np.float32).astype(float)
 
 
-def yaw_as_sent(yaw_rad: float) -> float:
-    """Return a heading after its conversion to a quaternion and back [rad]."""
+def other_level(z_m: Any, other_m: Any, apart_m: float = 0.0) -> Any:
+    """Return whether heights at places so far apart, or arrays of them, are on two levels [m].
+
+    A height that is not known, NaN, is on each level.
+    """
+    return abs(z_m - other_m) > _LEVEL_M + _STEEPEST * apart_m
+
+
+def quaternion(yaw_rad: float, pitch_rad: float = 0.0) -> tuple[float, float, float, float]:
+    """Return x, y, z and w of an orientation; with a positive pitch the nose is down (REP 103)."""
     z, w = math.sin(0.5 * yaw_rad), math.cos(0.5 * yaw_rad)
-    return math.atan2(2.0 * (w * z + 0.0), 1.0 - 2.0 * (0.0 + z * z))
+    s, c = math.sin(0.5 * pitch_rad), math.cos(0.5 * pitch_rad)
+    return 0.0 - s * z, 0.0 + s * w, c * z, c * w  # no negative zero on a flat road
+
+
+def yaw_as_sent(yaw_rad: float, pitch_rad: float = 0.0) -> float:
+    """Return a heading after its conversion to a quaternion and back [rad]."""
+    x, y, z, w = quaternion(yaw_rad, pitch_rad)
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

@@ -1,6 +1,7 @@
 """Small maps for tests, and whether what reads maps is installed."""
 
 import importlib.util
+import math
 import os
 import subprocess
 
@@ -108,3 +109,45 @@ def town(folder, output="-o", name="town.net.xml", mid="priority", turns="--no-t
         capture_output=True,
     )
     return path
+
+
+# id, start x, y and heading, shape, length, heights (place, height, slope), lane ids that follow on
+# lanes -1 and 1, road that follows and the end of it that they lead to.
+_RISE = ((0, 0, 0), (60, 0, 0.1), (120, 6, 0))
+_FALL = ((0, 6, -6 / 471.2389),)
+_LEVELS = (
+    ("upper", -200, 0, 0, "<line/>", 300, _RISE, (-1, 1), "ramp", "start"),
+    ("lower", 0, -200, 0.5 * math.pi, "<line/>", 300, ((0, 0, 0),), (1, -1), "ramp", "end"),
+    ("ramp", 100, 0, 0, '<arc curvature="0.01"/>', 471.2389, _FALL, (1, -1), "lower", "end"),
+)
+
+
+def bridge(folder):
+    """Write a map with two levels; return its path.
+
+    The upper street leads along the x axis, from x -200 on: after 60 m it rises by 10 % to 6 m. At
+    x 0 it crosses the lower one, which is the y axis up to y 100. A ramp joins their ends.
+    """
+    roads = ""
+    for name, x, y, heading, shape, length, heights, lanes, follows, contact in _LEVELS:
+        rows = "".join(f'<elevation s="{s}" a="{z}" b="{b}" c="0" d="0"/>' for s, z, b in heights)
+        before = '<predecessor elementType="road" elementId="upper" contactPoint="end"/>'
+        links = [f'<link><successor id="{one}"/></link>' for one in lanes]
+        if name == "ramp":
+            links = [
+                one.replace("<link>", f'<link><predecessor id="{number}"/>')
+                for number, one in zip((-1, 1), links)
+            ]
+        right, left = (
+            lane(number).replace("<width", link + "<width") for number, link in zip((-1, 1), links)
+        )
+        roads += f"""<road name="" length="{length}" id="{name}" junction="-1"><link>
+          {before if name == "ramp" else ""}
+          <successor elementType="road" elementId="{follows}" contactPoint="{contact}"/></link>
+          <type s="0" type="town"><speed max="50" unit="km/h"/></type>
+          <planView><geometry s="0" x="{x}" y="{y}" hdg="{heading}" length="{length}">{shape}
+          </geometry></planView><elevationProfile>{rows}</elevationProfile>
+          <lanes><laneSection s="0"><left>{left}</left><center>{lane(0, mark="broken")}</center>
+          <right>{right}</right></laneSection></lanes></road>"""
+    header = '<header revMajor="1" revMinor="4" name=""/>'
+    return write(folder, f"<OpenDRIVE>{header}{roads}</OpenDRIVE>", "bridge.xodr")

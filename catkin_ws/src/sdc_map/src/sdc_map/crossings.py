@@ -93,10 +93,12 @@ def crossings(
 
 def places_along(network: Network, route: Route) -> Iterator[tuple[float, LanePlace]]:
     """Yield arc lengths of a route and the places on the lanes there."""
+    z_m = math.nan  # of the last place: the next one is on its level
     for s_m in np.append(np.arange(0.0, route.length_m, _STEP_M), route.length_m).tolist():
         x, y = route.line.point_at(s_m)
-        place = network.nearest(x, y, route.line.heading_at(s_m), _LANE_M)
+        place = network.nearest(x, y, route.line.heading_at(s_m), _LANE_M, z_m)
         if place is not None:
+            z_m = network.height_of(place)
             yield s_m, place
 
 
@@ -109,6 +111,12 @@ def limits_along(network: Network, route: Route) -> np.ndarray:
     found = [(s_m, lane.speed_limit_mps) for s_m, lane in places if not lane.junction]
     s_m, limits_mps = np.array([(-math.inf, math.inf), *found]).T
     return limits_mps[np.searchsorted(s_m, route.s, side="right") - 1]
+
+
+def heights_along(network: Network, route: Route, places: Places) -> np.ndarray:
+    """Return the height (N,) of the lanes at the points of a route [m]; see `places_along`."""
+    s_m, heights_m = zip(*((s, network.height_of(place)) for s, place in places))
+    return np.interp(route.s, s_m, heights_m)
 
 
 def _crossing(
@@ -125,7 +133,7 @@ def _crossing(
     conflicts = [
         _conflict(network, one, own, own_s, points, one in way.first)
         for one in network.junctions[way.junction].connections
-        if edge_of(one.start) != edge_of(own.start)
+        if edge_of(one.start) != edge_of(own.start) and not network.is_over(own, one)
     ]
     has_stop_sign = own.line == STOP and own.signal < 0
     inside = speed_mps[(route.s >= line_m) & (route.s <= end_m)]

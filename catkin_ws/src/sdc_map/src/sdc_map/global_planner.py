@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Sequence
 
 from sdc_common.geometry.polyline import Polyline
@@ -52,29 +53,32 @@ class GlobalPlanner:
         self.closed.add(lane)
         self._due |= self.mission is not None and lane in self.mission.lanes
 
-    def update(self, x_m: float, y_m: float, yaw_rad: float) -> Mission | None:
+    def update(
+        self, x_m: float, y_m: float, yaw_rad: float, z_m: float = math.nan
+    ) -> Mission | None:
         """Return a new mission if one is needed.
 
         Args:
             x_m: position of the car [m]
             y_m: position of the car [m]
             yaw_rad: heading of the car [rad]
+            z_m: height of the car, NaN if it is not known [m]
 
         Raises:
             NoRouteError: a goal cannot be reached; the last mission stays
         """
-        lost = self.mission is not None and self._is_lost(x_m, y_m, yaw_rad)
+        lost = self.mission is not None and self._is_lost(x_m, y_m, yaw_rad, z_m)
         if not (self._due or lost):
             return None
         self._due = False
         self.mission = mission = plan_mission(
-            self.graph, self.goals, x_m, y_m, yaw_rad, self.closed
+            self.graph, self.goals, x_m, y_m, yaw_rad, self.closed, z_m
         )
         self._line = Polyline(mission.points_m.tolist(), extend=False)
         self._s_m, self._ends_m = 0.0, list(mission.ends_m)
         return mission
 
-    def _is_lost(self, x_m: float, y_m: float, yaw_rad: float) -> bool:
+    def _is_lost(self, x_m: float, y_m: float, yaw_rad: float, z_m: float) -> bool:
         """Return whether the car is on a lane to which the mission does not lead."""
         place = self._line.project(x_m, y_m, self._s_m, _BACK_M, _AHEAD_M)
         self._s_m = place.s_m
@@ -82,7 +86,7 @@ class GlobalPlanner:
             del self._ends_m[0], self.goals[0]
         if place.distance_m < _LOST_M:
             return False
-        lane = self.network.nearest(x_m, y_m, yaw_rad)
+        lane = self.network.nearest(x_m, y_m, yaw_rad, z_m=z_m)
         if lane is None or place.distance_m - abs(lane.cross_track_m) <= _NEARER_M:
             return False
         # Beside a lane of the mission, the local planner passes another road user.

@@ -20,18 +20,18 @@ _NEAR_M = 1.0
 
 
 def joint(before: np.ndarray, after: np.ndarray, lines: Iterable[np.ndarray]) -> np.ndarray:
-    """Return the first of some lines that joins two lanes, else a curve (N, 2) between them [m].
+    """Return the first of some lines that joins two lanes, else a curve (N, 3) between them [m].
 
     A line is moved to the ends of the lanes, and joins them if it has no sharp bend then.
 
     Args:
-        before: (M, 2) points of the lane before it [m]
-        after: (K, 2) points of the lane after it [m]
-        lines: (L, 2) points of each line [m]
+        before: (M, 3) points of the lane before it [m]
+        after: (K, 3) points of the lane after it [m]
+        lines: (L, 3) points of each line [m]
     """
     tail, head = _start_of(before[::-1])[::-1], _start_of(after)
     start, end = tail[-1], head[0]
-    for line in lines if np.hypot(*(end - start)) > _SHORTEST_M else ():
+    for line in lines if np.hypot(*(end - start)[:2]) > _SHORTEST_M else ():
         s = arc_lengths(line)
         along = (s / max(s[-1], 1e-9))[:, None]
         line = line + (1.0 - along) * (start - line[0]) + along * (end - line[-1])
@@ -44,14 +44,14 @@ def joint(before: np.ndarray, after: np.ndarray, lines: Iterable[np.ndarray]) ->
 
 
 def curve(tail: np.ndarray, head: np.ndarray) -> np.ndarray:
-    """Return the cubic Hermite spline (N, 2) from the end of a line to the start of another [m].
+    """Return the cubic Hermite spline (N, 3) from the end of a line to the start of another [m].
 
     Between the ends of an arc, it is nearly that arc.
     """
     start, end = tail[-1], head[0]
     leave, arrive = _direction(tail), _direction(head)
-    half_cos = np.sqrt(np.clip(0.5 + 0.5 * (leave @ arrive), 0.0, 1.0))
-    tangent_m = np.hypot(*(end - start)) * 2.0 / (1.0 + half_cos)
+    half_cos = np.sqrt(np.clip(0.5 + 0.5 * (leave[:2] @ arrive[:2]), 0.0, 1.0))
+    tangent_m = np.hypot(*(end - start)[:2]) * 2.0 / (1.0 + half_cos)
     t = np.linspace(0.0, 1.0, int(tangent_m / _STEP_M) + 2)[:, None]
     leave, arrive = tangent_m * leave, tangent_m * arrive
     return (
@@ -68,18 +68,18 @@ def _start_of(points_m: np.ndarray) -> np.ndarray:
 
 def _direction(points_m: np.ndarray) -> np.ndarray:
     step = points_m[-1] - points_m[0]
-    return step / max(float(np.hypot(*step)), 1e-9)
+    return step / max(float(np.hypot(*step[:2])), 1e-9)
 
 
 def turns_rad(points: np.ndarray, s: np.ndarray, at: np.ndarray, chord_m: float) -> np.ndarray:
     """Return the angles (M,) between the chords before and behind places (M,) of a line [rad].
 
     Args:
-        points: (N, 2) points of the line [m]
+        points: (N, 2) or (N, 3) points of the line [m]
         s: (N,) their arc lengths [m]
         at: (M,) places along it [m]
         chord_m: length of the chords [m]
     """
     before, place, behind = (interpolate(at + step, s, points) for step in (-chord_m, 0.0, chord_m))
-    (x, y), (u, v) = (place - before).T, (behind - place).T
+    (x, y), (u, v) = (place - before).T[:2], (behind - place).T[:2]
     return np.abs(np.arctan2(x * v - y * u, x * u + y * v))

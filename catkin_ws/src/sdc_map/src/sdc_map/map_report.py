@@ -44,8 +44,8 @@ def report_lines(network: Network) -> Iterator[str]:
     )
     yield f"limits: {_range([3.6 * lane.speed_limit_mps for lane in streets])} km/h"
     yield "traffic: on the right"
-    flat = "" if network.is_flat else "; cars drive as if it were flat"
-    yield f"heights: {_range(network.heights_m, 1)} m{flat}"
+    heights_m = [height_m for lane in network.driving for height_m in lane.z_m.tolist()]
+    yield f"heights: {_range(heights_m, 1)} m"
     x, y, end_x, end_y = network.bounds_m
     yield f"size: x from {x:.0f} to {end_x:.0f} m, y from {y:.0f} to {end_y:.0f} m"
     yield from (f"other than in the file: {line}" for line in network.findings.lines())

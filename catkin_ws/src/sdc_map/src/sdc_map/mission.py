@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import AbstractSet, Iterator, Sequence
 
@@ -40,13 +41,16 @@ def plan_mission(
     y_m: float,
     yaw_rad: float | None = None,
     closed: AbstractSet[str] = frozenset(),
+    z_m: float = math.nan,
 ) -> Mission:
-    """Return the fastest mission from a pose to all goals, in order.
+    """Return the fastest mission from a pose, at a height if it is known, to all goals, in order.
 
     Raises:
         NoRouteError: the car is on no lane, or a goal cannot be reached
     """
-    start = graph.network.nearest(x_m, y_m, yaw_rad, NEAR_M)
+    pose = x_m, y_m, yaw_rad, NEAR_M
+    # An estimated position may have no height: then there is no lane on its level.
+    start = graph.network.nearest(*pose, z_m) or graph.network.nearest(*pose)
     if start is None:
         raise NoRouteError(f"no lane is within {NEAR_M:g} m of ({x_m:.1f}, {y_m:.1f})")
     lanes: list[str] = []

@@ -14,6 +14,7 @@ from typing import Iterable, Mapping, NamedTuple, Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
+from sdc_common.driving import other_level
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.road_line import arc_lengths
@@ -30,13 +31,15 @@ _SAMPLE_M = 1.0
 # A lane in the opposite direction is as far as one that is so much more distant.
 _AGAINST_M = 8.0
 _CANDIDATES = 24
-# A map whose heights differ by less has no elevation [m].
-_ELEVATION_M = 0.05
 # A line that runs so close to another one of the same kind is the same line.
 _SAME_LINE_M = 0.4
 _MITRE = 2.0
 # Bodies on two ways are clear of each other when these are so far apart.
 _BODY_M = 3.0
+# A lane on another level is as far as one that is so much more distant [m].
+_OTHER_LEVEL_M = 1e6
+# A map whose lanes are all this near to the height 0 is flat [m].
+_FLAT_M = 0.05
 
 
 @dataclass(frozen=True)
@@ -55,10 +58,13 @@ class RoadLane:
     right: str = ""  # the same on its right
     kind: str = DRIVING  # DRIVING, BICYCLE, WALKING or OTHER
     junction: str = ""  # the junction in which it lies, "" outside
+    # (N,) height at the points [m]
+    z_m: np.ndarray = field(default_factory=lambda: np.zeros(1), repr=False)
     s_m: np.ndarray = field(init=False, repr=False)  # (N,) arc length at the points [m]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "s_m", arc_lengths(self.points_m))
+        object.__setattr__(self, "z_m", np.broadcast_to(self.z_m, len(self.s_m)))
 
     @cached_property
     def line(self) -> Polyline:
@@ -70,6 +76,11 @@ class RoadLane:
         """Length of the centre line [m]."""
         return float(self.s_m[-1])
 
+    @property
+    def samples_m(self) -> np.ndarray:
+        """Arc lengths about 1 m apart, from the start to the end [m]."""
+        return np.linspace(0.0, self.length_m, int(self.length_m / _SAMPLE_M) + 2)
+
     def at(self, s_m: np.ndarray) -> np.ndarray:
         """Return the points (M, 2) of the centre line at arc lengths (M,), clamped to it [m]."""
         return interpolate(s_m, self.s_m, self.points_m)
@@ -77,6 +88,10 @@ class RoadLane:
     def heading_at(self, s_m: float) -> float:
         """Return the direction of the centre line at an arc length [rad]."""
         return self.line.direction_at(s_m)
+
+    def height_at(self, s_m: np.ndarray | float) -> np.ndarray:
+        """Return the height at an arc length, or at several, clamped to the line [m]."""
+        return np.interp(s_m, self.s_m, self.z_m)
 
     def beside(self, offset_m: float) -> np.ndarray:
         """Return the line (N, 2) parallel to the centre line, positive to the left [m]."""
@@ -134,10 +149,11 @@ class Way(NamedTuple):
 
 
 class Line(NamedTuple):
-    """A painted line or a kerb: points (N, 2) [m] and BROKEN, SOLID, DOUBLE or KERB."""
+    """A painted line or a kerb: points (N, 2) [m], BROKEN, SOLID, DOUBLE or KERB, heights [m]."""
 
     points_m: np.ndarray
     kind: str
+    z_m: np.ndarray
 
 
 class LanePlace(NamedTuple):
@@ -158,7 +174,6 @@ class Network:
         lanes: Iterable[RoadLane],
         junctions: Iterable[Junction] = (),
         crosswalks: Iterable[np.ndarray] = (),
-        heights_m: tuple[float, float] = (0.0, 0.0),
         bays: Iterable[np.ndarray] = (),
         bus_stops: Iterable[np.ndarray] = (),
     ):
@@ -170,18 +185,18 @@ class Network:
         self.name = name
         self.lanes: Mapping[str, RoadLane] = {lane.id: lane for lane in lanes}
         self.junctions: Mapping[str, Junction] = {one.id: one for one in junctions}
+        self.is_flat = not any(np.abs(one.z_m).max() > _FLAT_M for one in self.lanes.values())
+        self.ground = None if self.is_flat else self.ground_at
         self.ways: dict[str, list[Way]] = {}  # by the lane before a junction
         for junction in self.junctions.values():
             for one in junction.connections:
-                way = Way(one, junction.first(one), junction.id)
-                self.ways.setdefault(one.start, []).append(way)
+                first = tuple(way for way in junction.first(one) if not self.is_over(one, way))
+                self.ways.setdefault(one.start, []).append(Way(one, first, junction.id))
         self._clear_m: dict[tuple[Connection, Connection], float] = {}
         self.crosswalks = tuple(crosswalks)  # polygons (N, 2) [m]
         # Parking bays (4, 2), the first two corners at the lane, and areas of bus stops (4, 2), the
         # first two corners at the right edge of a lane [m].
         self.bays, self.bus_stops = tuple(bays), tuple(bus_stops)
-        self.heights_m = heights_m  # least and greatest height, which are ignored [m]
-        self.is_flat = heights_m[1] - heights_m[0] < _ELEVATION_M
         self.findings = Findings()  # what the file has otherwise
         self.net_path = ""  # file of SUMO's network
         self.driving = [lane for lane in self.lanes.values() if lane.kind == DRIVING]
@@ -192,32 +207,39 @@ class Network:
         self.bounds_m = (*points.min(axis=0).tolist(), *points.max(axis=0).tolist())
         # Segments (2, 2) across the ends of lanes [m], and STOP or YIELD.
         self.stop_lines = tuple(self._stop_lines())
-        samples = [
-            np.linspace(0.0, lane.length_m, int(lane.length_m / _SAMPLE_M) + 2)
-            for lane in self.driving
-        ]
+        samples = [lane.samples_m for lane in self.driving]
         self._s_m = np.concatenate(samples)
         self._lane = np.repeat(np.arange(len(samples)), [len(one) for one in samples])
         places = [lane.at(s) for lane, s in zip(self.driving, samples)]
         headings = [_heading(lane.points_m, lane.s_m, s) for lane, s in zip(self.driving, samples)]
         self._heading_rad = np.concatenate(headings)
+        self._z_m = np.concatenate([lane.height_at(s) for lane, s in zip(self.driving, samples)])
         self._tree = cKDTree(np.vstack(places))
 
     def clear_m(self, way: Connection, other: Connection) -> float:
         """Return the distance along a way through a junction after which it is clear of another."""
         if (way, other) not in self._clear_m:
-            points, theirs = (
-                np.vstack([self._sampled(name) for name in one.through] or [(0.0, 0.0)])
-                for one in (way, other)
-            )
+            points, theirs = self._sampled(way)[:, :2], self._sampled(other)[:, :2]
             near = np.hypot(*(points[:, None] - theirs).transpose(2, 0, 1)).min(axis=1) < _BODY_M
             s_m = arc_lengths(points)
             self._clear_m[way, other] = float(s_m[near][-1] if near.any() else s_m[-1])
         return self._clear_m[way, other]
 
-    def _sampled(self, name: str) -> np.ndarray:
-        length_m = self.lanes[name].length_m
-        return self.lanes[name].at(np.linspace(0.0, length_m, int(length_m / _SAMPLE_M) + 2))
+    def _sampled(self, way: Connection) -> np.ndarray:
+        """Return points (N, 3) along a way through a junction [m]."""
+        points = [] if way.through else [np.zeros((1, 3))]
+        for lane in (self.lanes[name] for name in way.through):
+            s_m = lane.samples_m
+            points.append(np.column_stack([lane.at(s_m), lane.height_at(s_m)]))
+        return np.vstack(points)
+
+    def is_over(self, way: Connection, other: Connection) -> bool:
+        """Return whether a way through a junction leads over or under another one."""
+        if self.is_flat:
+            return False
+        apart = self._sampled(way)[:, None] - self._sampled(other)
+        heights_m = apart[np.hypot(apart[..., 0], apart[..., 1]) < _BODY_M, 2]
+        return len(heights_m) > 0 and bool(other_level(heights_m, 0.0).all())
 
     def straight_on(self, lane: RoadLane) -> RoadLane | None:
         """Return the lane after this one that turns least, None at a dead end."""
@@ -227,7 +249,12 @@ class Network:
         return following[turns.index(min(turns))] if following else None
 
     def nearest(
-        self, x_m: float, y_m: float, yaw_rad: float | None = None, within_m: float = math.inf
+        self,
+        x_m: float,
+        y_m: float,
+        yaw_rad: float | None = None,
+        within_m: float = math.inf,
+        z_m: float = math.nan,
     ) -> LanePlace | None:
         """Return the place on the nearest lane for cars, None if there is none so near.
 
@@ -236,19 +263,44 @@ class Network:
             y_m: position [m]
             yaw_rad: heading; lanes of the opposite direction count as more distant [rad]
             within_m: greatest distance [m]
+            z_m: height, NaN: unknown; lanes of other levels are far away [m]
         """
-        distance_m, rows = self._tree.query((x_m, y_m), min(_CANDIDATES, len(self._s_m)))
-        cost = distance_m.copy()
+        candidates = 4 * _CANDIDATES
+        if self.is_flat:  # a car that measures another height is on its lane, too
+            candidates, z_m = _CANDIDATES, math.nan
+        distance_m, rows = self._tree.query((x_m, y_m), min(candidates, len(self._s_m)))
+        over_m = _OTHER_LEVEL_M * other_level(self._z_m[rows], z_m)
+        cost = distance_m + over_m
         if yaw_rad is not None:
             cost += _AGAINST_M * 0.5 * (1.0 - np.cos(self._heading_rad[rows] - yaw_rad))
-        row = int(rows[np.argmin(cost)])
+        best = int(np.argmin(cost))
+        row = int(rows[best])
         lane, s_m = self.driving[self._lane[row]], float(self._s_m[row])
         place = lane.line.project(x_m, y_m, s_m, 2.0 * _SAMPLE_M, 2.0 * _SAMPLE_M)
-        if place.distance_m > within_m:
+        if place.distance_m + over_m[best] > within_m:
             return None
         error = 0.0 if yaw_rad is None else yaw_rad - lane.heading_at(place.s_m)
         error = math.remainder(error, 2.0 * math.pi)
         return LanePlace(lane.id, place.s_m, place.cross_track_m, error)
+
+    def height_of(self, place: LanePlace) -> float:
+        """Return the height of a place [m]."""
+        return float(self.lanes[place.lane].height_at(place.s_m))
+
+    def ground_at(
+        self, x_m: float, y_m: float, yaw_rad: float, z_m: float = math.nan
+    ) -> tuple[float, float]:
+        """Return height [m] and pitch [rad], positive downhill, of the lane at a pose.
+
+        The lane is one on the level of `z_m`, the last height of what is there [m].
+        """
+        place = self.nearest(x_m, y_m, yaw_rad, z_m=z_m)
+        assert place is not None
+        lane = self.lanes[place.lane]
+        segment, _ = lane.line.segment_at(place.s_m)
+        rise_m = float(lane.z_m[segment + 1] - lane.z_m[segment])
+        slope = rise_m / max(lane.line.lengths[segment], 1e-9) * math.cos(place.heading_error_rad)
+        return self.height_of(place), -math.atan(slope)
 
     def oncoming_lane(
         self, lane: RoadLane, pose: Sequence[float], within_m: float, turned_rad: float
@@ -262,8 +314,9 @@ class Network:
             turned_rad: greatest difference from the opposite direction [rad]
         """
         x, y, yaw = pose
+        z_m = float(lane.height_at(lane.line.nearest(x, y).s_m))
         x, y = x - lane.width_m * math.sin(yaw), y + lane.width_m * math.cos(yaw)
-        found = self.nearest(x, y, yaw + math.pi, within_m)
+        found = self.nearest(x, y, yaw + math.pi, within_m, z_m)
         if found is None or abs(found.heading_error_rad) > turned_rad:
             return None
         beside = self.lanes[found.lane]
@@ -277,7 +330,7 @@ class Network:
             for side, kind in ((0.5, lane.left_marking), (-0.5, lane.right_marking)):
                 if kind == NONE or len(lane.points_m) < 2:
                     continue
-                line = Line(lane.beside(side * lane.width_m), kind)
+                line = Line(lane.beside(side * lane.width_m), kind, lane.z_m)
                 s_m = arc_lengths(line.points_m)
                 middle = interpolate(0.5 * s_m[-1:], s_m, line.points_m)[0]
                 others = found.setdefault(kind, [])

@@ -1,7 +1,7 @@
 """Read a network from OpenDRIVE, OpenStreetMap or SUMO (.xodr, .osm, .net.xml).
 
 SUMO's Python package `sumolib` reads what `netconvert` makes of a file, and `opendrive_lanes` what
-netconvert does not read. A map with elevation is read as if it were flat.
+netconvert does not read.
 
 python3 -m sdc_map.network_file MAP [--lanes] prints what is in a map, and the lanes.
 """
@@ -168,22 +168,21 @@ def _network(
             if following in sources:
                 leads[start].append(following)
                 comes[following].append(start)
-    lines = {name: _points(lane.getShape()) for name, lane in sources.items()}
+    lines = {name: _points(lane.getShape3D()) for name, lane in sources.items()}
     found = {_BESIDE: [] if own is None else _take_lines_of_file(lines, sources, own, leads)}
     lanes = [_lane(lane, lines[one], own, leads[one], comes[one]) for one, lane in sources.items()]
     lanes, found[_REFUSED] = without_bends(lanes)
     for edge in net.getEdges():
         for lane in edge.getLanes() if edge.getFunction() == "crossing" else ():
-            line = RoadLane("", _points(lane.getShape()), lane.getWidth(), 0.0)
+            line = RoadLane("", _points(lane.getShape())[:, :2], lane.getWidth(), 0.0)
             sides = line.beside(0.5 * line.width_m), line.beside(-0.5 * line.width_m)[::-1]
             crosswalks.append(np.vstack(sides))
     junctions = [_junction(net, node, leads) for node in net.getNodes()]
-    z_m = [point[2] for lane in sources.values() for point in lane.getShape3D()] or [0.0]
     bays, stops = _places(places, {lane.id: lane for lane in lanes})
     for what, texts in found.items():
         for text in texts:
             findings.add(what, text)
-    return Network(name, lanes, junctions, crosswalks, (min(z_m), max(z_m)), bays, stops)
+    return Network(name, lanes, junctions, crosswalks, bays, stops)
 
 
 def _places(path: str, lanes: dict[str, RoadLane]) -> tuple[list[np.ndarray], list[np.ndarray]]:
@@ -211,8 +210,8 @@ def _places(path: str, lanes: dict[str, RoadLane]) -> tuple[list[np.ndarray], li
 
 def _points(shape: Any) -> np.ndarray:
     """Return the points of a shape, each apart from the one before it, and at least two."""
-    points = np.array(shape, float)[:, :2]
-    apart = np.append(True, np.hypot(*np.diff(points, axis=0).T) > 1e-3)
+    points = np.array(shape, float)
+    apart = np.append(True, np.hypot(*np.diff(points[:, :2], axis=0).T) > 1e-3)
     apart[-1] |= apart.sum() < 2
     return points[apart]
 
@@ -233,9 +232,9 @@ def _take_lines_of_file(
             line = own.line(road, number, *_ends_m(lane, own, road, number))
             if line is None:
                 continue
-            distances_m = cKDTree(line).query(lines[name])[0]
+            distances_m = cKDTree(line[:, :2]).query(lines[name][:, :2])[0]
             if distances_m.max() > _BESIDE_M:
-                x, y = lines[name][np.argmax(distances_m)]
+                x, y, _ = lines[name][np.argmax(distances_m)]
                 beside.append((-distances_m.max(), f"{name} at ({x:.0f}, {y:.0f})"))
             lines[name] = _points(line)
     for name, lane in outside.items():
@@ -318,7 +317,7 @@ def _lane(
     own_junction = edge.getFromNode().getID() if internal else ""
     return RoadLane(
         lane.getID(),
-        points_m,
+        points_m[:, :2],
         lane.getWidth(),
         float(limit_mps),
         *markings,
@@ -328,6 +327,7 @@ def _lane(
         "" if internal or markings[1] in _UNCROSSED else right,
         kinds[index],
         own_junction,
+        points_m[:, 2],
     )
 
 

@@ -28,7 +28,7 @@ class _Piece(NamedTuple):
     """A lane in one lane section."""
 
     s_m: np.ndarray  # (N,) places along the road [m]
-    points_m: np.ndarray  # (N, 2) its centre line, in the direction of the road [m]
+    points_m: np.ndarray  # (N, 3) its centre line, in the direction of the road [m]
     before: str  # id of the lane before it along the road
     after: str  # id of the lane after it
 
@@ -69,7 +69,7 @@ class OpenDriveLanes:
         """Return the place along a road that is nearest to a point of its reference line [m]."""
         reference = [section["0"] for section in self._sections[road]]
         s = np.concatenate([piece.s_m for piece in reference])
-        points = np.vstack([piece.points_m for piece in reference])
+        points = np.vstack([piece.points_m[:, :2] for piece in reference])
         row = min(int(np.argmin(np.hypot(*(points - (x_m, y_m)).T))), len(s) - 2)
         step = points[row + 1] - points[row]
         share = (np.array([x_m, y_m]) - points[row]) @ step / max(step @ step, 1e-9)
@@ -78,7 +78,7 @@ class OpenDriveLanes:
         return float(border_m) if abs(border_m - s_m) < _BORDER_M else s_m
 
     def line(self, road: str, lane: str, start_m: float, end_m: float) -> np.ndarray | None:
-        """Return the centre line (N, 2) of a lane between two places along its road.
+        """Return the centre line (N, 3) of a lane between two places along its road.
 
         It is in the direction of travel, and within the lane section in the middle of both.
         """
@@ -92,7 +92,7 @@ class OpenDriveLanes:
         return None
 
     def through(self, road: str, lane: str) -> np.ndarray | None:
-        """Return the centre line (N, 2) along a whole road from a lane of its first section.
+        """Return the centre line (N, 3) along a whole road from a lane of its first section.
 
         It is in the direction of travel; None if there is no line without a jump.
         """
@@ -102,7 +102,7 @@ class OpenDriveLanes:
             if lane not in section:
                 return None
             points = section[lane].points_m[:: 1 if forward else -1]
-            if lines and np.hypot(*(points[0] - lines[-1][-1])) > _APART_M:
+            if lines and np.hypot(*(points[0] - lines[-1][-1])[:2]) > _APART_M:
                 return None
             lines.append(points)
             lane = section[lane].after if forward else section[lane].before
@@ -133,7 +133,9 @@ def _pieces(
     """Return ids and lanes of a section, and the reference line as that of lane 0."""
     s = np.linspace(start_m, end_m, int((end_m - start_m) / _STEP_M) + 2)
     points, heading = reference_line(road, s)
-    left = np.column_stack([-np.sin(heading), np.cos(heading)])
+    heights = piecewise_cubic(road.findall("elevationProfile/elevation"), "s", s)
+    points = np.column_stack([points, heights])
+    left = np.column_stack([-np.sin(heading), np.cos(heading), np.zeros(len(s))])
     offset = piecewise_cubic(road.findall("lanes/laneOffset"), "s", s)
     yield "0", _Piece(s, points, "0", "0")
     for side, sign in (("left", 1.0), ("right", -1.0)):

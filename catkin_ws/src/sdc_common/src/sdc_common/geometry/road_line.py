@@ -216,8 +216,8 @@ def _turns(points: np.ndarray) -> np.ndarray:
 
 
 def arc_lengths(points: np.ndarray) -> np.ndarray:
-    """Return the arc length (N,) at each of the points (N, 2) of a line [m]."""
-    return np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T)))
+    """Return the arc length (N,) on the ground at the points, (N, 2) or (N, 3), of a line [m]."""
+    return np.append(0.0, np.cumsum(np.hypot(*np.diff(points[:, :2], axis=0).T)))
 
 
 def _thinned(s: np.ndarray) -> np.ndarray:
