@@ -17,9 +17,9 @@ def light(number, x, y, yaw, centre, size):
     orientation = Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
     return Message(
         id=number,
-        transform=Message(position=Message(x=x, y=y), orientation=orientation),
+        transform=Message(position=Message(x=x, y=y, z=5.0), orientation=orientation),
         trigger_volume=Message(
-            center=Message(x=centre[0], y=centre[1]), size=Message(x=size[0], y=size[1])
+            center=Message(x=centre[0], y=centre[1], z=1.0), size=Message(x=size[0], y=size[1])
         ),
     )
 
@@ -43,7 +43,7 @@ def test_line_is_as_wide_as_the_longer_side_of_the_trigger_volume(size):
 
 def test_each_light_has_its_own_line():
     lights = [light(number, number, 0.0, 0.0, (0.0, 0.0), (1.0, 4.0)) for number in (3, 5)]
-    assert lines_of(*lights) == {3: (3.0, 0.0, 2.0), 5: (5.0, 0.0, 2.0)}
+    assert lines_of(*lights) == {3: (3.0, 0.0, 2.0, 6.0), 5: (5.0, 0.0, 2.0, 6.0)}
     assert lines_of() == {}
 
 

@@ -80,6 +80,7 @@ class StreetPlannerNode:
             obstacles, lights = self.inputs.obstacles, self.inputs.traffic_lights.states
             stamp = odometry.header.stamp
             observation = Observation(stamp.to_nsec(), x, y, yaw, speed, obstacles, lights)
+            observation.z_m = odometry.pose.pose.position.z
             path = self.planner.plan(observation)
             self.publisher.publish(LocalPath([Waypoint(*point) for point in path.points]))
             self.reasons.update(stamp, self.planner.reason, self.planner.detail)

@@ -6,6 +6,7 @@ from planned_roads import street_parameters
 
 from sdc_common.driving import DetectedObstacle, Observation
 from sdc_common.geometry.route import Route
+from sdc_common.planning.stop_line import RED, StopLine
 from sdc_map.lane_graph import LaneGraph, drawn_places
 from sdc_map.map_file import map_file
 from sdc_map.mission import plan_mission
@@ -15,7 +16,7 @@ from sdc_package.behaviour.street_planner import StreetPlanner, nearby
 from sdc_package.behaviour.streets import StreetMargins
 from sdc_package.planner_settings import PlannerSettings
 from sdc_package.traffic_lights import TrafficLightMonitor
-from sdc_testing.street_maps import needs_maps
+from sdc_testing.street_maps import bridge, needs_maps
 
 pytestmark = needs_maps
 TICK_NS = 50_000_000
@@ -29,10 +30,11 @@ def _mission():
     return network, plan_mission(graph, [goal], *start)
 
 
-def new_planner(mission, manoeuvres=Manoeuvres):
+def new_planner(mission, manoeuvres=Manoeuvres, lines=()):
     parameters = street_parameters()
     settings = PlannerSettings.read(parameters.__getitem__)
     lights = TrafficLightMonitor(settings.traffic_lights)
+    lights.lines = dict(lines)
     margins = StreetMargins(**parameters["streets"])
     planner = StreetPlanner(mission[0], settings, margins, lights, manoeuvres=manoeuvres)
     planner.follow(mission[1].points_m, mission[1].limits_mps)
@@ -76,6 +78,24 @@ def test_mission_that_is_not_on_lanes_is_refused_and_the_last_one_stays(mission)
     with pytest.raises(ValueError, match="the route is not on lanes of the map town"):
         planner.follow(mission[1].points_m + 5000.0, None)
     assert len(planner.plan(observation(mission, 20.0, 5.0)).points) >= 2
+
+
+@pytest.fixture(scope="module", name="over_the_bridge")
+def _over_the_bridge(tmp_path_factory):
+    network = load_network(bridge(tmp_path_factory.mktemp("bridge")))
+    return network, plan_mission(LaneGraph(network), [(90.0, -1.75)], -75.0, -1.75)
+
+
+@pytest.mark.parametrize(("z_m", "stops"), [(6.0, True), (0.0, False), (float("nan"), True)])
+def test_car_stops_only_for_what_is_on_the_level_of_its_route(over_the_bridge, z_m, stops):
+    seen = observation(over_the_bridge, 55.0, 7.0)
+    seen.light_states = {1: RED}
+    light = new_planner(over_the_bridge, lines={1: StopLine(0.0, -1.75, 1.75, z_m)}).plan(seen)
+    other = DetectedObstacle(0.0, -1.75, 0.5 * np.pi, 4.5, 1.8, 0.0, 17, "car", z_m)
+    seen = observation(over_the_bridge, 55.0, 7.0, other)
+    obstacle = new_planner(over_the_bridge, StayOnRoute).plan(seen)
+    for path in (light, obstacle):
+        assert (min(speed_mps for *_, speed_mps in path.points) == 0.0) == stops
 
 
 @pytest.mark.parametrize(("speed", "is_near"), [(0.0, False), (20.0, True)])

@@ -118,8 +118,8 @@ def test_obstacles_lights_and_markers_show_the_same(world):
 def test_lights_have_their_stop_line(world):
     info = made(world, "light_info")
     lines = stop_lines(info)
-    assert lines[1001] == pytest.approx((50.0, 2.0, 1.75))
-    assert lines[1002] == pytest.approx((10.0, 0.0, 1.75))
+    assert lines[1001] == pytest.approx((50.0, 2.0, 1.75, 0.0))
+    assert lines[1002] == pytest.approx((10.0, 0.0, 1.75, 0.0))
     # The pole is beyond the line, to the right, and faces the traffic.
     pole = info.traffic_lights[1].transform
     assert pole.position.x > 12.0

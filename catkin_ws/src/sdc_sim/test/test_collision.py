@@ -24,6 +24,9 @@ from sdc_sim.physics.collision import Rectangle, first_contact, overlap
             (-1.0, 0.0),
         ),
         (Rectangle(0, 0, 0, 2, 2), Rectangle(2.0, 2.0, math.pi / 4, 2, 2), None, None),
+        (Rectangle(0, 0, 0, 2, 2, 6), Rectangle(1.5, 0, 0, 2, 2, 0), None, None),
+        (Rectangle(0, 0, 0, 2, 2, 2), Rectangle(1.5, 0, 0, 2, 2, 0), 0.5, (-1.0, 0.0)),
+        (Rectangle(0, 0, 0, 2, 2), Rectangle(1.5, 0, 0, 2, 2, 6), 0.5, (-1.0, 0.0)),
     ],
 )
 def test_overlap_has_known_depth_and_normal(a, b, depth_m, normal):

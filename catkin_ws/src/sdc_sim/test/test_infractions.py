@@ -44,6 +44,17 @@ def test_state_at_the_crossing_counts_in_any_order_of_arrival(red, count, late):
     assert drive(detector, states, late=late) == count
 
 
+@pytest.mark.parametrize(("z_m", "count"), [(10.0, 0), (4.5, 1), (float("nan"), 1)])
+def test_line_below_a_bridge_does_not_count(z_m, count):
+    detector = RedLightDetector(FRONT_M)
+    detector.set_lines({7: (LINE_M, 0.0, 1.75, 4.0)})
+    found = 0
+    for stamp in range(2, 60):
+        found += detector.update_lights(stamp, {7: RED})
+        found += detector.update_car(stamp, ROUTE, float(stamp), z_m)
+    assert found == count
+
+
 def test_line_on_another_lane_or_beyond_the_drive_does_not_count():
     assert drive(detector_of_one_line(y=3.5), lambda stamp: RED) == 0
     assert drive(detector_of_one_line(), lambda stamp: RED, last=40) == 0

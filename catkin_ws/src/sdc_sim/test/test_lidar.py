@@ -137,6 +137,19 @@ def test_car_and_pole_are_those_of_the_camera():
     assert np.hypot(pole[:, 0] - 6.0, pole[:, 1] + 5.0).max() < 0.26
 
 
+@pytest.mark.parametrize(
+    ("z_m", "pitch_deg", "is_seen"),
+    [(0.0, 0.0, True), (6.0, 0.0, False), (-6.0, 0.0, False), (3.0, -5.71, True)],
+)
+def test_what_is_on_another_level_is_not_seen(z_m, pitch_deg, is_seen):
+    """On a slope, the level of the car is that of its plane."""
+    car = ObstacleState(101, "car", 30.0, 3.0, 0.0, *KINDS["car"].size_m, 0.0, 10.0 + z_m)
+    light = TrafficLightState(1001, 30.0, -5.0, 0.0, 2, 10.0 + z_m)
+    slope = 10.0, math.radians(pitch_deg)
+    moment = Moment(0.0, VehicleState(), (car,), (light,), *slope)
+    assert bool(len(points_above_ground(lidar(RoofLidar), moment))) == is_seen
+
+
 def test_trunk_and_crown_of_a_tree_are_visible():
     tree = scenery_of(TREE, 8.0, 0.0, 0.0, (6.0, 6.0, 8.0))
     ranges = lidar(PlanarLidar, tree).ranges(Moment(0.0, VehicleState()))

@@ -16,6 +16,7 @@ from std_msgs.msg import Header
 from sdc_common.ros.odometry import pose_and_speed, vehicle_transform
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.ros.message_conversion import odometry_message, scan_message
+from sdc_sim.simulation.snapshot import Snapshot
 
 TABLE = pathlib.Path(__file__).parent / "data" / "message_md5_sums.yaml"
 SUMS = yaml.safe_load(TABLE.read_text())
@@ -67,3 +68,24 @@ def test_scan_has_the_range_of_each_beam_that_hit():
     np.testing.assert_allclose(np.array(scan.ranges)[hits], ranges, rtol=1e-6)
     np.testing.assert_allclose(np.array(scan.intensities)[hits], ranges, rtol=1e-6)
     np.testing.assert_allclose(scan.angle_min + hits * scan.angle_increment, angles, atol=1e-6)
+
+
+@pytest.mark.parametrize("yaw_rad", [0.0, 2.5, -1.0])
+def test_pose_on_a_slope_has_height_and_pitch_and_the_heading_of_the_observation(yaw_rad):
+    """REP 103: a positive pitch turns x, forward, towards -z, down."""
+    pitch_rad = math.atan(0.1)
+    state = VehicleState(yaw_rad=yaw_rad)
+    message = odometry_message(state, rospy.Time(7), "ego_vehicle", 3.0, pitch_rad)
+    q = message.pose.pose.orientation
+    forward = (
+        1.0 - 2.0 * (q.y * q.y + q.z * q.z),
+        2.0 * (q.x * q.y + q.w * q.z),
+        2.0 * (q.x * q.z - q.w * q.y),
+    )
+    level = math.cos(pitch_rad)
+    down = -math.sin(pitch_rad)
+    assert forward == pytest.approx((level * math.cos(yaw_rad), level * math.sin(yaw_rad), down))
+    assert vehicle_transform(message).transform.translation.z == 3.0
+    snapshot = Snapshot(1, state, state, z_m=3.0, pitch_rad=pitch_rad)
+    assert snapshot.observation().yaw_rad == pose_and_speed(message)[2]
+    assert snapshot.observation().z_m == message.pose.pose.position.z

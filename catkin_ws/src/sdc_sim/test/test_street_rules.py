@@ -9,7 +9,7 @@ from sdc_map.map_file import map_file
 from sdc_sim.evaluation.lane_rules import ARTICLES
 from sdc_sim.evaluation.route_progress import DriveSample
 from sdc_sim.evaluation.street_rules import StreetRules
-from sdc_testing.street_maps import needs_maps, town
+from sdc_testing.street_maps import bridge, needs_maps, town
 
 pytestmark = needs_maps
 
@@ -263,3 +263,17 @@ def test_fault_for_a_collision(networks, car, other, expected):
         rules.add_others(tick, [(7, *there[:3], 4.7, 1.9, there[3], "car")])
     assert rules.is_at_fault(7, t) == expected
     assert rules.is_at_fault(0, t) == (here[3] > 0.0), "a building"
+
+
+@pytest.mark.parametrize(("z_m", "expected"), [(6.0, ["near_miss"]), (0.0, [])])
+def test_only_one_on_the_level_of_the_car_counts(tmp_path, z_m, expected):
+    from sdc_map.network_file import load_network
+
+    rules, found = StreetRules(load_network(bridge(tmp_path)), FRONT_M), []
+    car, other = straight(-30.0, -1.75, EAST, 10.0), straight(1.75, -32.0, -SOUTH, 10.0)
+    for tick in range(1, 100):
+        t = tick * TICK_S
+        found += rules.add_car(tick, DriveSample(t, *car(t), 0.0, 0.0, 0.0), 6.0)
+        *pose, speed = other(t)
+        found += rules.add_others(tick, [(7, *pose, 4.7, 1.9, z_m, speed, "car")])
+    assert [name for name, _ in found] == expected

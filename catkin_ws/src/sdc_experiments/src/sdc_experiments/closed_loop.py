@@ -177,7 +177,7 @@ def own_planner(
     settings = PlannerSettings.read(limits.__getitem__)
     if missions is None:
         return MissionDriver(waypoints_m, settings, lines), waypoints_m
-    mission = missions.update(seen.x_m, seen.y_m, seen.yaw_rad)
+    mission = missions.update(seen.x_m, seen.y_m, seen.yaw_rad, seen.z_m)
     assert mission is not None
     points_m = mission.points_m
     road_mps = None if lacking == "speed" else mission.limits_mps

@@ -105,7 +105,7 @@ def _first_on(path: str, route: Route) -> Callable[[ObstacleState], bool]:
     lanes = {lane for one in met for way in one.conflicts if way.is_first for lane in way.lanes}
 
     def is_first(other: ObstacleState) -> bool:
-        place = network.nearest(other.x_m, other.y_m, other.yaw_rad, _NEAR_M)
+        place = network.nearest(other.x_m, other.y_m, other.yaw_rad, _NEAR_M, other.z_m)
         return other.kind == PEDESTRIAN or place is None or place.lane in lanes
 
     return is_first

@@ -36,15 +36,16 @@ class DriveRecorder:
     def add(self, snapshot: Snapshot, command: Command | None, car: Driver) -> bool:
         """Add a tick of the world and the car's answer; return whether the drive is over."""
         evaluator, stamp_ns, measured = self.evaluator, snapshot.stamp_ns, snapshot.measured
-        yaw = yaw_as_sent(measured.yaw_rad)
+        yaw = yaw_as_sent(measured.yaw_rad, snapshot.pitch_rad)
         speed = math.hypot(measured.speed_mps, measured.lateral_speed_mps)
-        evaluator.add("odometry", stamp_ns, measured.x_m, measured.y_m, yaw, speed)
+        pose = measured.x_m, measured.y_m, yaw
+        evaluator.add("odometry", stamp_ns, *pose, speed, None, snapshot.z_m)
         if snapshot.traffic_lights:
             states = [(light.id, light.state) for light in snapshot.traffic_lights]
             evaluator.add("lights", stamp_ns, states)
         if evaluator.rules.map:
             seen = [list(vars(detected(one)).values()) for one in snapshot.obstacles]
-            rows = [(number, *body, kind) for *body, number, kind in seen]
+            rows = [(number, *box, z, speed, kind) for *box, speed, number, kind, z in seen]
             evaluator.add("others", stamp_ns, rows)
         kinds = {one.id: one.kind for one in snapshot.obstacles} if snapshot.collisions else {}
         for collision in snapshot.collisions:
@@ -69,6 +70,9 @@ def stop_lines_of(plans: Sequence[TrafficLightPlan]) -> dict[int, StopLine]:
         (ahead, left), yaw = plan.line_m(light), yaw_as_sent(light.heading_rad + math.pi)
         c, s = math.cos(yaw), math.sin(yaw)
         lines[light.id] = StopLine(
-            light.x_m + c * ahead - s * left, light.y_m + s * ahead + c * left, 0.5 * LANE_WIDTH_M
+            light.x_m + c * ahead - s * left,
+            light.y_m + s * ahead + c * left,
+            0.5 * LANE_WIDTH_M,
+            plan.z_m,
         )
     return lines

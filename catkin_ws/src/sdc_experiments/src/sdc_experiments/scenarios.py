@@ -62,7 +62,7 @@ def drive(name: str, path: str, seed: int, lacking: str) -> tuple[Placement, Dri
         lacking=lacking,
     )
     result.scene[OBSTACLES] = [
-        (time_s, [[one.id, *one.rectangle] for one in obstacles])
+        (time_s, [[one.id, *one.rectangle[:5]] for one in obstacles])
         for time_s, obstacles in scene[::_SCENE_TICKS]
     ]
     return placed, result

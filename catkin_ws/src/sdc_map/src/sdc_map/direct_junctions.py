@@ -27,6 +27,7 @@ class _End(NamedTuple):
     width_m: float
     inner_m: complex  # the end of its inner edge, which is on its left in its direction of travel
     heading_rad: float  # its direction of travel
+    z_m: float  # its height
 
     @property
     def leads_in(self) -> bool:
@@ -91,8 +92,9 @@ def _end(road: ElementTree.Element, contact: str, name: str) -> _End | None:
             heading_rad = float(reference_line(road, s)[1][0])
             edge_m = _place(road, contact) + 1j * inner_m * np.exp(1j * heading_rad)
             heading_rad += math.pi if sign > 0.0 else 0.0
-            kind = lane.get("type", "")
-            return _End(road.attrib["id"], contact, name, kind, width_m, edge_m, heading_rad)
+            z_m = float(piecewise_cubic(road.findall("elevationProfile/elevation"), "s", s)[0])
+            place = width_m, edge_m, heading_rad, z_m
+            return _End(road.attrib["id"], contact, name, lane.get("type", ""), *place)
         inner_m += sign * width_m
     return None
 
@@ -113,7 +115,9 @@ def _connecting_road(name: str, junction: str, first: _End, last: _End) -> Eleme
     return ElementTree.fromstring(
         f'<road id="{name}" junction="{junction}" length="{length_m}"><link>{links}</link>'
         f'<planView><geometry s="0" x="{place.real}" y="{place.imag}" hdg="{heading_rad}" '
-        f'length="{length_m}"><line/></geometry></planView>'
+        f'length="{length_m}"><line/></geometry></planView><elevationProfile>'
+        f'<elevation s="0" a="{first.z_m}" b="{(last.z_m - first.z_m) / length_m}" c="0" d="0"/>'
+        "</elevationProfile>"
         f'<lanes><laneSection s="0"><center>{center}</center><right>'
         f'<lane id="-1" type="{first.kind}">{link}{width}</lane>'
         "</right></laneSection></lanes></road>"

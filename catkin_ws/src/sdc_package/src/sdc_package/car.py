@@ -87,7 +87,7 @@ class MissionDriver:
         """See PathPlanner; the same object as long as the path is the same."""
         x, y = observation.x_m, observation.y_m
         if self._missions is not None:
-            mission = self._missions.update(x, y, observation.yaw_rad)
+            mission = self._missions.update(x, y, observation.yaw_rad, observation.z_m)
             if mission is not None:
                 self._follow(mission.points_m, mission.limits_mps, observation.speed_mps)
         self._lights.states = dict(observation.light_states)

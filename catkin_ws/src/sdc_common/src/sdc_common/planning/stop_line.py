@@ -19,6 +19,7 @@ class StopLine(NamedTuple):
     x_m: float  # x of the middle [m]
     y_m: float  # y of the middle [m]
     half_width_m: float  # half of the line's width [m]
+    z_m: float = math.nan  # height, NaN if it is not known [m]
 
     def along(self, route: Route, from_s_m: float, ahead_m: float) -> float | None:
         """Return the arc length at which a route crosses the line, or None if it does not.

@@ -72,7 +72,7 @@ def detected_obstacles(array: ObstacleArray) -> list[DetectedObstacle]:
         position, size = one.pose.position, one.size
         yaw = yaw_from_quaternion(one.pose.orientation)
         box = position.x, position.y, yaw, size.x, size.y
-        obstacles.append(DetectedObstacle(*box, one.speed, one.id, one.kind))
+        obstacles.append(DetectedObstacle(*box, one.speed, one.id, one.kind, position.z))
     return obstacles
 
 
@@ -93,6 +93,7 @@ def stop_lines(info: CarlaTrafficLightInfoList) -> dict[int, StopLine]:
             light.transform.position.x + c * centre.x - s * centre.y,
             light.transform.position.y + s * centre.x + c * centre.y,
             0.5 * max(abs(size.x), abs(size.y)),
+            light.transform.position.z + centre.z,
         )
         if not all(map(math.isfinite, line)):
             raise ValueError(f"a number of traffic light {light.id} is not finite")

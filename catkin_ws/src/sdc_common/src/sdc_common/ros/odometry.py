@@ -9,6 +9,8 @@ import rospy
 from geometry_msgs.msg import Quaternion, TransformStamped
 from nav_msgs.msg import Odometry
 
+from sdc_common.driving import quaternion
+
 # Where a simulator with `truth: false` publishes what it otherwise publishes as odometry.
 GROUND_TRUTH = "/sim/ground_truth/odometry"
 
@@ -53,7 +55,7 @@ def true_odometry_topic(ego: str) -> str:
 
 def odometry_message(
     stamp: Any,
-    pose: tuple[float, float, float],
+    pose: tuple[float, ...],
     twist: tuple[float, float, float],
     vehicle_frame: str = "ego_vehicle",
 ) -> Odometry:
@@ -61,15 +63,15 @@ def odometry_message(
 
     Args:
         stamp: stamp of the message (rospy.Time)
-        pose: x [m], y [m], yaw [rad]
+        pose: x [m], y [m], yaw [rad], and, unless they are 0, height [m] and pitch [rad]
         twist: speed forward and to the left [m/s], yaw rate [rad/s]
         vehicle_frame: frame of the vehicle
     """
     message = Odometry(child_frame_id=vehicle_frame)
     message.header.stamp, message.header.frame_id = stamp, "map"
     position, orientation = message.pose.pose.position, message.pose.pose.orientation
-    position.x, position.y, yaw = pose
-    orientation.z, orientation.w = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
+    position.x, position.y, yaw, position.z, pitch = (*pose, 0.0, 0.0)[:5]
+    orientation.x, orientation.y, orientation.z, orientation.w = quaternion(yaw, pitch)
     linear, angular = message.twist.twist.linear, message.twist.twist.angular
     linear.x, linear.y, angular.z = twist
     return message

@@ -120,7 +120,7 @@ class TrueRecorder(DriveRecorder):
         if command is not None:
             command.stamp_ns = now.stamp_ns
         if self._ticks % _SCENE_TICKS == 0 and now.obstacles:
-            bodies = [[body.id, *body.rectangle] for body in now.obstacles]
+            bodies = [[body.id, *body.rectangle[:5]] for body in now.obstacles]
             self.scene.append((now.time_s, bodies))
         self._ticks += 1
         return super().add(now, command, car) or bool(car.problem)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sdc_common.driving import DetectedObstacle, Observation, Path, points_as_sent
+from sdc_common.driving import DetectedObstacle, Observation, Path, other_level, points_as_sent
 from sdc_common.geometry.route import Route
+from sdc_common.planning.stop_line import StopLine
 from sdc_map.network import Network
 from sdc_package.behaviour.manoeuvres import Manoeuvres, StayOnRoute
 from sdc_package.behaviour.streets import StreetBehaviour, StreetMargins, name_of
@@ -29,6 +31,9 @@ _AIM_FASTER_MPS = 0.2
 _AIM_AHEAD_M = 0.3
 # A car whose path is farther to the left of its route passes another road user [m].
 _PASSES_M = 1.0
+# The level of others is that of the route, from so far behind the car to so far beyond what it
+# looks at [m].
+_MARGIN_M = 50.0
 
 
 class StreetPlanner:
@@ -53,6 +58,7 @@ class StreetPlanner:
         manoeuvres: type[StayOnRoute] = Manoeuvres,
     ):
         self._settings, self._lights, self._missions = settings, lights, missions
+        self._network = network
         self._streets = StreetBehaviour(network, margins, manoeuvres)
         self._local: LocalPlanner | None = None
         self._rows, self._path = np.empty((0, 3)), Path(())
@@ -104,13 +110,15 @@ class StreetPlanner:
         """See PathPlanner; the same object as long as the path is the same."""
         x_m, y_m, yaw_rad = observation.x_m, observation.y_m, observation.yaw_rad
         if self._missions is not None:
-            mission = self._missions.update(x_m, y_m, yaw_rad)
+            mission = self._missions.update(x_m, y_m, yaw_rad, observation.z_m)
             if mission is not None:
                 self.follow(mission.points_m, mission.limits_mps, observation.speed_mps)
-        self._lights.states = dict(observation.light_states)
         local = self._local
         assert local is not None, "a mission is followed before the first plan"
         rows = local.free_path(self._search.first_ahead(x_m, y_m), x_m, y_m, yaw_rad)
+        if not self._network.is_flat:
+            observation = self._on_level(local, observation)
+        self._lights.states = dict(observation.light_states)
         rows = self._streets.manoeuvres.way.moved(rows, local.ahead)
         rows = self._behind_others(local, rows, observation)
         rows = self._starting_gently(local, rows, observation.speed_mps)
@@ -118,6 +126,29 @@ class StreetPlanner:
         if rows is not self._rows:
             self._rows, self._path = rows, Path.from_rows(rows)
         return self._path
+
+    def _on_level(self, local: LocalPlanner, observation: Observation) -> Observation:
+        """Return what the car observes without road users and lights on other levels.
+
+        They are compared with the route where it is nearest to them: the road may rise.
+        """
+        route, lines, s_m = local.route, self._lights.lines, local.place.s_m
+        ends_m = s_m - _MARGIN_M, s_m + local.horizon_m + _MARGIN_M
+        first, last = np.searchsorted(route.s, ends_m)
+        points_m, heights_m = route.points[first:last], self._streets.heights_m[first:last]
+
+        def is_on_level(one: DetectedObstacle | StopLine) -> bool:
+            away_m = np.hypot(*(points_m - (one.x_m, one.y_m)).T)
+            row = int(np.argmin(away_m))
+            return not other_level(one.z_m, heights_m[row], away_m[row])
+
+        obstacles = [one for one in observation.obstacles if is_on_level(one)]
+        states = {
+            number: state
+            for number, state in observation.light_states.items()
+            if number in lines and is_on_level(lines[number])
+        }
+        return replace(observation, obstacles=obstacles, light_states=states)
 
     def _behind_others(
         self, local: LocalPlanner, rows: np.ndarray, observation: Observation

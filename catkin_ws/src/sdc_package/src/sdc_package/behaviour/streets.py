@@ -19,6 +19,7 @@ from sdc_map.crossings import (
     Conflict,
     Crossing,
     crossings,
+    heights_along,
     places_along,
     time_s,
 )
@@ -98,6 +99,7 @@ class StreetBehaviour:
     Attributes:
         manoeuvres: the decision about the present route, after `follow`
         details: because of whom the car stops, by the reason
+        heights_m: (N,) height at the points of the present route, after `follow` [m]
     """
 
     manoeuvres: StayOnRoute
@@ -112,7 +114,7 @@ class StreetBehaviour:
         self._new_manoeuvres = manoeuvres
         # Two decisions of a tick need the place of a road user, and many are at rest.
         self._place_of = lru_cache(256)(
-            lambda one: network.nearest(one.x_m, one.y_m, one.yaw_rad, _LANE_M)
+            lambda one: network.nearest(one.x_m, one.y_m, one.yaw_rad, _LANE_M, one.z_m)
         )
         self._crossings: list[Crossing] = []
         self._entered: list[Crossing] = []  # that in which the car cannot stop any more
@@ -135,7 +137,7 @@ class StreetBehaviour:
         places = list(places_along(self._network, route))
         if not places:
             raise ValueError(f"the route is not on lanes of the map {self._network.name}")
-        self._route = route
+        self._route, self.heights_m = route, heights_along(self._network, route, places)
         self._crossings, self._entered = crossings(self._network, route, places, speed_mps), []
         self._crosswalks = crosswalks_on(route, self._network.crosswalks)
         self._has_stopped = False

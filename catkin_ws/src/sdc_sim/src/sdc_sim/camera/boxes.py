@@ -54,7 +54,7 @@ def obstacle_box(obstacle: ObstacleState) -> Box:
     if obstacle.kind == "car" and obstacle.id >= FIRST_TRAFFIC_ID:
         colour = _CAR_COLOURS[obstacle.id % len(_CAR_COLOURS)]
     bgr = tuple(round(255 * share) for share in reversed(colour))
-    return Box(*obstacle.rectangle, obstacle.height_m, bgr, obstacle.kind)
+    return Box(*obstacle[2:8], bgr, obstacle.kind)
 
 
 def traffic_light_box(light: TrafficLightState) -> Box:

@@ -212,6 +212,7 @@ class DriveEvaluation:
         yaw_rad: float,
         speed_mps: float,
         wall_s: float | None = None,
+        z_m: float = math.nan,
     ) -> bool:
         seen = bool(self.progress.samples)
         if self.over or (seen and stamp_ns <= self._last_ns):
@@ -224,9 +225,9 @@ class DriveEvaluation:
         if wall_s is not None:
             self._wall_s[1:] = [wall_s]  # the first and the last
         sample = self.progress.update(time_s, x_m, y_m, yaw_rad, speed_mps)
-        self._count_red(self._red_lights.update_car(stamp_ns, self.route, sample.s_m))
+        self._count_red(self._red_lights.update_car(stamp_ns, self.route, sample.s_m, z_m))
         if self._streets:
-            self._count(self._streets.add_car(stamp_ns, sample))
+            self._count(self._streets.add_car(stamp_ns, sample, z_m))
         if self._keep_trace:
             self._commands.stamps.append(stamp_ns)
         return True

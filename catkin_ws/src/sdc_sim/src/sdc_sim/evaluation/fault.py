@@ -68,7 +68,7 @@ def _after(trail: Sequence, time_s: float) -> Rectangle:
 
 def _is_within_one_lane(network: Network, body: Rectangle) -> bool:
     """Return whether all corners are on the lane of the centre, or one that continues it."""
-    place = network.nearest(*body[:3], _LANE_M)
+    place = network.nearest(*body[:3], _LANE_M, body.z_m)
     if place is None:
         return False
     lane = network.lanes[place.lane]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 
+from sdc_common.driving import other_level
 from sdc_common.geometry.route import Route
 from sdc_common.planning.stop_line import RED, StopLine
 
@@ -55,13 +57,14 @@ class RedLightDetector:
             self._changes.append((stamp_ns or self._now, states))
         return self._count_red()
 
-    def update_car(self, stamp_ns: int, route: Route, s_m: float) -> int:
+    def update_car(self, stamp_ns: int, route: Route, s_m: float, z_m: float = math.nan) -> int:
         """Move the car's centre to a place on the route.
 
         Args:
             stamp_ns: stamp of the odometry
             route: the route
             s_m: arc length of the car's centre [m]
+            z_m: its height, NaN if it is not known [m]
 
         Returns:
             number of newly detected crossings on red
@@ -71,6 +74,8 @@ class RedLightDetector:
         self._front_s = front_s if before_s is None else max(front_s, before_s)
         if before_s is not None and front_s > before_s:
             for light_id, line in self.lines.items():
+                if other_level(line.z_m, z_m):
+                    continue
                 line_s = line.along(
                     route, max(0.0, before_s - _MARGIN_M), front_s - before_s + 2.0 * _MARGIN_M
                 )

@@ -47,7 +47,7 @@ class LaneRules:
         passes_one_at_rest: Callable[[], bool],
     ) -> list[str]:
         """Return what counts now, for a car with its centre at this place."""
-        x, y, yaw_rad, length_m, _ = car.body
+        x, y, yaw_rad, length_m, *_ = car.body
         c, s, reach_m = math.cos(yaw_rad), math.sin(yaw_rad), 20.0 + 2.0 * car.speed_mps
         near = []  # how far one is ahead, and to the left of the car [m], and the road user
         for one in others:
@@ -126,7 +126,8 @@ class LaneRules:
         return found
 
     def _is_on(self, one: Any, lanes: Sequence[str]) -> bool:
-        at = self._network.nearest(one.body.x_m, one.body.y_m, one.body.yaw_rad, _LANE_M)
+        body = one.body
+        at = self._network.nearest(body.x_m, body.y_m, body.yaw_rad, _LANE_M, body.z_m)
         return at is not None and at.lane in lanes
 
 

@@ -12,6 +12,7 @@ import math
 from collections import deque
 from typing import Iterator, NamedTuple, Sequence
 
+from sdc_common.driving import other_level
 from sdc_map.network import STOP, Connection, LanePlace, Network, edge_of
 from sdc_sim.evaluation.fault import is_at_fault
 from sdc_sim.evaluation.lane_rules import EMERGENCY_LASTS_S, YIELD_EMERGENCY, LaneRules, holds_up
@@ -79,13 +80,15 @@ class StreetRules:
         self._seen_s: dict[int, float] = {}
         # The last second of each road user by its id, 0 is the car.
         self._trails: dict[int, deque[tuple[float, RoadUser]]] = {}
-        self._cars: deque[tuple[int, DriveSample]] = deque()
+        self._cars: deque[tuple[int, DriveSample, float]] = deque()
         self._others: dict[int, Sequence] = {}
         self._others_ns = 0
 
-    def add_car(self, stamp_ns: int, sample: DriveSample) -> list[tuple[str, DriveSample]]:
-        """Add an odometry; return the infractions that are complete, each with its sample."""
-        self._cars.append((stamp_ns, sample))
+    def add_car(
+        self, stamp_ns: int, sample: DriveSample, z_m: float = math.nan
+    ) -> list[tuple[str, DriveSample]]:
+        """Add an odometry and its height [m]; return the infractions that are complete."""
+        self._cars.append((stamp_ns, sample, z_m))
         return self._judge()
 
     def add_others(self, stamp_ns: int, rows: Sequence) -> list[tuple[str, DriveSample]]:
@@ -110,27 +113,29 @@ class StreetRules:
         found = []
         cars, others = self._cars, self._others
         while cars and (cars[0][0] <= self._others_ns or len(cars) > _MOST_WAITING):
-            stamp_ns, sample = cars.popleft()
+            stamp_ns, sample, z_m = cars.popleft()
             around = [
                 RoadUser(number, Rectangle(*body), speed_mps, kind)
                 for number, *body, speed_mps, kind in others.get(stamp_ns, ())
             ]
-            found += [(name, sample) for name in self._update(sample, around)]
+            found += [(name, sample) for name in self._update(sample, z_m, around)]
             others = self._others = {ns: rows for ns, rows in others.items() if ns > stamp_ns}
         return found
 
-    def _update(self, sample: DriveSample, others: Sequence[RoadUser]) -> list[str]:
+    def _update(self, sample: DriveSample, z_m: float, everyone: Sequence[RoadUser]) -> list[str]:
         time_s, x_m, y_m, yaw_rad, speed_mps, *_ = sample
-        body = Rectangle(x_m, y_m, yaw_rad, 2.0 * self._front_m, _CAR_WIDTH_M)
+        body = Rectangle(x_m, y_m, yaw_rad, 2.0 * self._front_m, _CAR_WIDTH_M, z_m)
         car = RoadUser(0, body, speed_mps)
+        # One that comes to a junction on a slope is on another level for a while.
+        others = [one for one in everyone if not other_level(one.body.z_m, z_m)]
         found = [NEAR_MISS] * self._near_misses(time_s, car, others)
-        self._remember(time_s, [car, *others])
+        self._remember(time_s, [car, *everyone])
         c, s = math.cos(yaw_rad), math.sin(yaw_rad)
         front_m = x_m + self._front_m * c, y_m + self._front_m * s
-        place = self._network.nearest(*front_m, yaw_rad, _LANE_M)
-        found += self._at_junctions(car, place, others)
+        place = self._network.nearest(*front_m, yaw_rad, _LANE_M, z_m)
+        found += self._at_junctions(car, place, everyone)
         self._place = place
-        nearest = self._network.nearest(x_m, y_m, within_m=_LANE_M)
+        nearest = self._network.nearest(x_m, y_m, within_m=_LANE_M, z_m=z_m)
         is_against = self._is_against(body, nearest) and not self._passes(car, others)
         self._has_joined |= nearest is not None
         if not (self._has_joined and (nearest is None or is_against)):
@@ -204,7 +209,7 @@ class StreetRules:
             if any(signs) and self._slowest_mps > _STOPPED_MPS:
                 found.append(STOP_SIGN)
             near = [one for one in others if one.speed_mps > _MOVING_MPS]
-            places = [self._network.nearest(*one.body[:3], _LANE_M) for one in near]
+            places = [self._network.nearest(*one.body[:3], _LANE_M, one.body.z_m) for one in near]
             arriving = [
                 (one, at)
                 for one, at in zip(near, places)

@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from typing import Callable, Iterator, NamedTuple
 
+from sdc_common.driving import other_level
+
 # A motion is sampled at this distance; the interval of the contact is then bisected this often.
 _STEP_M = 0.2
 _BISECTIONS = 30
@@ -22,6 +24,7 @@ class Rectangle(NamedTuple):
     yaw_rad: float
     length_m: float
     width_m: float
+    z_m: float = math.nan  # height of the ground, NaN if it is not known
 
     @property
     def reach_m(self) -> float:
@@ -55,11 +58,13 @@ Motion = Callable[[float], Rectangle]
 
 
 def overlap(a: Rectangle, b: Rectangle) -> tuple[float, float, float] | None:
-    """Return how deep `a` is in `b`; None if they do not overlap or only touch.
+    """Return how deep `a` is in `b`; None if they are apart, on two levels, or only touch.
 
     Returns:
         (depth [m], normal x, normal y); the normal is the direction of the shortest way out of b
     """
+    if other_level(a.z_m, b.z_m):
+        return None
     offset_x, offset_y = a.x_m - b.x_m, a.y_m - b.y_m
     reach = a.reach_m + b.reach_m
     if offset_x * offset_x + offset_y * offset_y >= reach * reach:

@@ -37,6 +37,8 @@ class ObstacleState(NamedTuple):
     width_m: float
     height_m: float
     speed_mps: float
+    z_m: float = 0.0  # height of the ground below it
+    pitch_rad: float = 0.0  # positive with the nose down
 
     @property
     def size_m(self) -> tuple[float, float, float]:
@@ -46,7 +48,7 @@ class ObstacleState(NamedTuple):
     @property
     def rectangle(self) -> Rectangle:
         """Outline on the ground."""
-        return Rectangle(self.x_m, self.y_m, self.yaw_rad, self.length_m, self.width_m)
+        return Rectangle(*self[2:7], self.z_m)
 
 
 class CollisionEvent(NamedTuple):
@@ -91,15 +93,16 @@ class ObstaclePlan:
 
 
 class SimulatedObstacle:
-    """One obstacle and its progress along its plan."""
+    """One obstacle and its progress along its plan, on the ground of `Network.ground_at`."""
 
-    def __init__(self, number: int, plan: ObstaclePlan):
+    def __init__(self, number: int, plan: ObstaclePlan, ground: Any = None):
         self.id = number
         self.plan = plan
         self._path = Polyline(plan.points_m) if len(plan.points_m) > 1 else None
         self.travelled_m = 0.0
         self.started = False
         self.speed_mps = 0.0
+        self._ground, self._z_m = ground, math.nan
         self.body = self.body_at(0.0)
 
     def body_at(self, travelled_m: float) -> ObstacleState:
@@ -109,7 +112,9 @@ class SimulatedObstacle:
         else:
             s = min(travelled_m, self._path.s[-1])
             (x, y), yaw = self._path.point_at(s), self._path.direction_at(s)
-        return ObstacleState(self.id, self.plan.kind, x, y, yaw, *self.plan.size_m, self.speed_mps)
+        slope = self._ground(x, y, yaw, self._z_m) if self._ground else (0.0, 0.0)
+        row = x, y, yaw, *self.plan.size_m, self.speed_mps, *slope
+        return ObstacleState(self.id, self.plan.kind, *row)
 
     def advance(self, elapsed_s: float, step_s: float, ego: Rectangle) -> Contact | None:
         """Move for step_s, but not into the ego vehicle.
@@ -131,6 +136,7 @@ class SimulatedObstacle:
             ahead *= contact.share if contact else 1.0
             self.travelled_m += ahead
         self.speed_mps = 0.0 if contact else ahead / step_s
+        self._z_m = self.body.z_m
         self.body = self.body_at(self.travelled_m)
         return contact
 
@@ -143,8 +149,8 @@ class SimulatedObstacle:
 class Obstacles:
     """All obstacles of a simulation: they move, stop the ego vehicle, and are added and removed."""
 
-    def __init__(self, plans: Iterable[ObstaclePlan] = ()):
-        self._plans = tuple(plans)
+    def __init__(self, plans: Iterable[ObstaclePlan] = (), ground: Any = None):
+        self._plans, self._ground = tuple(plans), ground
         self._next_id = FIRST_ID + len(self._plans)
         self.reset()
 
@@ -160,7 +166,10 @@ class Obstacles:
     def reset(self) -> None:
         """Restore the obstacles of the scenario: added ones go, removed ones return."""
         # Those that move by a plan, and bodies that something else moves.
-        self.all = [SimulatedObstacle(FIRST_ID + n, plan) for n, plan in enumerate(self._plans)]
+        self.all = [
+            SimulatedObstacle(number, plan, self._ground)
+            for number, plan in enumerate(self._plans, FIRST_ID)
+        ]
         self._touching: set[int] = set()
         self.others: tuple[ObstacleState, ...] = ()
         self.blocked: frozenset[int] = frozenset()  # ids that the ego vehicle has stopped
@@ -189,7 +198,7 @@ class Obstacles:
         Raises:
             ValueError: the ego vehicle is there
         """
-        obstacle = SimulatedObstacle(self._next_id, plan)
+        obstacle = SimulatedObstacle(self._next_id, plan, self._ground)
         if overlap(obstacle.body.rectangle, ego):
             x, y = plan.points_m[0]
             raise ValueError(f"the ego vehicle is at ({x:.1f}, {y:.1f}); choose another place")
@@ -210,7 +219,7 @@ class Obstacles:
         del self.all[at]
         if motion:
             plan = replace(plan, points_m=((body.x_m, body.y_m),)).straight_on(*motion)
-            self.all.insert(at, SimulatedObstacle(number, plan))
+            self.all.insert(at, SimulatedObstacle(number, plan, self._ground))
 
     def advance(self, elapsed_s: float, step_s: float, ego: Rectangle) -> list[CollisionEvent]:
         """Move all obstacles for step_s while the ego vehicle does not move.

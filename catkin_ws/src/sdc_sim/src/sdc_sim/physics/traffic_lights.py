@@ -28,6 +28,7 @@ class TrafficLightState(NamedTuple):
     y_m: float
     heading_rad: float
     state: int
+    z_m: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,7 @@ class TrafficLightPlan:
     pole_ahead_m: float = _POLE_AHEAD_M  # distance of the pole beyond the stop line
     # Distance of the pole to the right of the middle of the lane.
     pole_right_m: float = _POLE_RIGHT_M
+    z_m: float = 0.0  # height of the lane there
 
     @cached_property
     def pole_m(self) -> tuple[float, float]:
@@ -74,7 +76,9 @@ def light_states(
     """Return all lights at this time after the start, or the reset, of the simulation."""
     return tuple(
         [
-            TrafficLightState(number, *plan.pole_m, plan.heading_rad, plan.state(elapsed_s))
+            TrafficLightState(
+                number, *plan.pole_m, plan.heading_rad, plan.state(elapsed_s), plan.z_m
+            )
             for number, plan in enumerate(plans, FIRST_ID)
         ]
     )

@@ -137,7 +137,7 @@ def slider_data(result: DriveEvaluation) -> str:
         "paths": entries(PATH, _rounded),
         "obstacles": entries(OBSTACLES, _rounded),
         "lights": entries(LIGHTS, lambda states: states),
-        "lines": {number: _rounded([line])[0] for number, line in result.stop_lines.items()},
+        "lines": {number: _rounded([line[:3]])[0] for number, line in result.stop_lines.items()},
         "pictures": [[round(taken_s - start_s, 3), jpeg] for taken_s, jpeg in pictures],
     }
     return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")

@@ -6,6 +6,7 @@ from typing import Iterator
 
 import numpy as np
 
+from sdc_common.driving import other_level
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import interpolate
 from sdc_map.network import BROKEN, KERB, Network
@@ -56,6 +57,7 @@ class NetworkInvasionDetector:
         lines = network.lines()
         self._start = np.vstack([one.points_m[:-1] for one in lines])
         self._end = np.vstack([one.points_m[1:] for one in lines])
+        self._z_m = np.concatenate([one.z_m[:-1] for one in lines])
         self._low = np.minimum(self._start, self._end)
         self._high = np.maximum(self._start, self._end)
         counts = [len(one.points_m) - 1 for one in lines]
@@ -80,7 +82,7 @@ class NetworkInvasionDetector:
         centre, half = np.array([car.x_m, car.y_m]), np.array([car.length_m, car.width_m]) / 2
         reach = np.hypot(*half) + beyond_m
         near = (self._low < centre + reach) & (self._high > centre - reach)
-        rows = np.flatnonzero(near.all(axis=1))
+        rows = np.flatnonzero(near.all(axis=1) & ~other_level(self._z_m, car.z_m))
         c, s = np.cos(car.yaw_rad), np.sin(car.yaw_rad)
         start, end = (
             (points[rows] - centre) @ np.array([[c, -s], [s, c]])

@@ -75,7 +75,7 @@ def light_info(world: World) -> list[carla.CarlaTrafficLightInfoList]:
     infos = []
     for plan, light in zip(world.simulation.lights, world.snapshot.traffic_lights):
         orientation = quaternion_from_yaw(light.heading_rad + math.pi)
-        pose = Pose(Point(light.x_m, light.y_m, 0.0), orientation)
+        pose = Pose(Point(light.x_m, light.y_m, light.z_m), orientation)
         size = Vector3(_LINE_DEPTH_M, LANE_WIDTH_M, _LINE_HEIGHT_M)
         volume = carla.CarlaBoundingBox(Vector3(*plan.line_m(light), 0.0), size)
         infos.append(carla.CarlaTrafficLightInfo(light.id, pose, volume))
@@ -122,7 +122,7 @@ def vehicle_status(world: World) -> list[carla.CarlaEgoVehicleStatus]:
     message.acceleration.linear = map_vector(
         state.yaw_rad, state.longitudinal_acceleration_mps2, state.lateral_acceleration_mps2
     )
-    message.orientation = quaternion_from_yaw(state.yaw_rad)
+    message.orientation = quaternion_from_yaw(state.yaw_rad, world.snapshot.pitch_rad)
     message.control = carla.CarlaEgoVehicleControl(
         header=message.header, gear=-1 if command.reverse else 1, **fields_of(command)
     )
@@ -186,7 +186,7 @@ def obstacle_marker(world: World, one: ObstacleState) -> Marker:
 
 def _box(world: World, number: int, pose: Pose, size: Sequence[float], colour: Any) -> Marker:
     """Return a box of this size [m] on the ground, in red, green, blue and opacity."""
-    above = Point(pose.position.x, pose.position.y, 0.5 * size[2])
+    above = Point(pose.position.x, pose.position.y, pose.position.z + 0.5 * size[2])
     return Marker(
         header=world.header(),
         id=number,
@@ -200,7 +200,8 @@ def _box(world: World, number: int, pose: Pose, size: Sequence[float], colour: A
 
 def _pose(place: Any) -> Pose:
     """Return the pose of a state on the ground."""
-    return Pose(Point(place.x_m, place.y_m, 0.0), quaternion_from_yaw(place.yaw_rad))
+    orientation = quaternion_from_yaw(place.yaw_rad, place.pitch_rad)
+    return Pose(Point(place.x_m, place.y_m, place.z_m), orientation)
 
 
 def other_objects(world: World) -> list[ObjectArray]:
@@ -229,7 +230,8 @@ def _own(world: World) -> Object:
     state, parameters = world.snapshot.state, world.simulation.vehicle.parameters
     place = state.x_m, state.y_m, state.yaw_rad
     size = parameters.length_m, parameters.width_m, _EGO_HEIGHT_M
-    message = _object(world, ObstacleState(world.id, "car", *place, *size, state.speed_mps))
+    motion = state.speed_mps, world.snapshot.z_m, world.snapshot.pitch_rad
+    message = _object(world, ObstacleState(world.id, "car", *place, *size, *motion))
     message.twist.linear = map_vector(state.yaw_rad, state.speed_mps, state.lateral_speed_mps)
     message.twist.angular.z = state.yaw_rate_radps
     message.accel.linear = map_vector(

@@ -102,7 +102,8 @@ class EvaluatorInput:
         """Add an odometry; return False if it is ignored."""
         stamp_ns, values = odometry.header.stamp.to_nsec(), pose_and_speed(odometry)
         wall_s = self._wall_clock() if self._wall_clock else None
-        return self.evaluator.add("odometry", stamp_ns, *values, wall_s)
+        z_m = odometry.pose.pose.position.z
+        return self.evaluator.add("odometry", stamp_ns, *values, wall_s, z_m)
 
     def command(self, message: Any) -> None:
         """Add a command of any version of the bridge."""
@@ -136,7 +137,10 @@ class EvaluatorInput:
             shown = [box for box in boxes if all(map(math.isfinite, box))]
             self.evaluator.add("scene", OBSTACLES, array.header.stamp.to_sec(), shown)
         if self.evaluator.rules.map:
-            rows = [(*obstacle_box(one), one.speed, one.kind) for one in array.obstacles]
+            rows = [
+                (*obstacle_box(one), one.pose.position.z, one.speed, one.kind)
+                for one in array.obstacles
+            ]
             self.evaluator.add("others", array.header.stamp.to_nsec(), rows)
         if array.traffic_lights:
             self._add_lights(array, array.header.stamp.to_nsec())

@@ -21,7 +21,7 @@ from sensor_msgs.msg import (
 )
 from std_msgs.msg import Header
 
-from sdc_common.driving import Command
+from sdc_common.driving import Command, quaternion
 from sdc_common.geometry.geodesy import geodetic_from_map
 from sdc_common.ros import odometry
 from sdc_common.ros.odometry import yaw_from_quaternion
@@ -54,9 +54,9 @@ def map_vector(yaw_rad: float, forward: float, left: float) -> Vector3:
     return Vector3(c * forward - s * left, s * forward + c * left, 0.0)
 
 
-def quaternion_from_yaw(yaw_rad: float) -> Quaternion:
-    """Return the orientation of a body with this heading, counter-clockwise from the x axis."""
-    return Quaternion(0.0, 0.0, math.sin(0.5 * yaw_rad), math.cos(0.5 * yaw_rad))
+def quaternion_from_yaw(yaw_rad: float, pitch_rad: float = 0.0) -> Quaternion:
+    """Return the orientation of a body, see `quaternion`."""
+    return Quaternion(*quaternion(yaw_rad, pitch_rad))
 
 
 def map_point(frame_id: str, point: Point) -> tuple[float, float]:
@@ -108,10 +108,10 @@ def ackermann_target(message: AckermannDrive) -> AckermannTarget:
 
 
 def odometry_message(
-    state: VehicleState, stamp: rospy.Time, vehicle_frame: str = VEHICLE_FRAME
+    state: VehicleState, stamp: rospy.Time, vehicle_frame: str = VEHICLE_FRAME, *slope: float
 ) -> Odometry:
-    """Return the pose of the vehicle in the map and its twist in the body frame."""
-    pose = state.x_m, state.y_m, state.yaw_rad
+    """Return pose, with height and pitch if given, in the map, and twist in the body frame."""
+    pose = state.x_m, state.y_m, state.yaw_rad, *slope
     twist = state.speed_mps, state.lateral_speed_mps, state.yaw_rate_radps
     return odometry.odometry_message(stamp, pose, twist, vehicle_frame)
 

@@ -215,7 +215,8 @@ class SimulationTopics:
         # The ground truth has no noise.
         shown = observation.measured if truth else observation.state
         stamp = rospy.Time(0, observation.stamp_ns)
-        odometry = odometry_message(shown, stamp, self._setup.values.role_name)
+        slope = observation.z_m, observation.pitch_rad
+        odometry = odometry_message(shown, stamp, self._setup.values.role_name, *slope)
         if self._setup.drive_log:
             self._setup.drive_log.add_observation(observation, odometry)
         if truth:

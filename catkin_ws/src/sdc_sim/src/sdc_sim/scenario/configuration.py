@@ -60,6 +60,13 @@ def build_simulation(
         ValueError: a place is not on the route
     """
     obstacles, lights = load_traffic(values["obstacles_path"], route, values["map_path"])
+    ground = None
+    if values["map_path"]:
+        load_network = importlib.import_module("sdc_map.network_file").load_network
+        ground = load_network(values["map_path"]).ground
+    if ground:
+        heights = [ground(one.x_m, one.y_m, one.heading_rad)[0] for one in lights]
+        lights = [replace(one, z_m=height) for one, height in zip(lights, heights)]
     tick_s, seed, type_name = values["tick_s"], values["seed"], values["street_scenario"]
     lights, traffic = [*lights, *part_of_map("traffic.lights", values["map_path"])], None
     for name in ("traffic", "street_scenario"):
@@ -71,7 +78,7 @@ def build_simulation(
         values = {**values, **placed.parameters}
     vehicle = _vehicle(values, vehicle_class)
     if type_name:
-        arguments = placed.actors, placed.mission_m, seed, tick_s, lights
+        arguments: tuple = placed.actors, placed.mission_m, seed, tick_s, lights, ground
         traffic = importlib.import_module("sdc_sim.traffic.actors").ScriptedTraffic(*arguments)
     elif values["traffic"]:
         arguments = values["map_path"], values["traffic"], seed, tick_s, waypoints_m
@@ -86,7 +93,7 @@ def build_simulation(
         tick_s,
         values["command_patience_s"],
         start=start_pose(route, **values["start"]),
-        obstacles=Obstacles(obstacles),
+        obstacles=Obstacles(obstacles, ground),
         lights=lights,
         noise=OdometryNoise(seed, **values["odometry_noise"]),
         ackermann=AckermannGains(**{**packaged_config("sim")["ackermann"], **values["ackermann"]}),
@@ -94,6 +101,7 @@ def build_simulation(
         sensor_latency_s=values["sensor_latency_s"],
         sensors=suite,
         traffic=traffic,
+        ground=ground,
     )
 
 

@@ -14,10 +14,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
-from typing import NamedTuple, Sequence, Union
+from typing import Any, NamedTuple, Sequence, Union
 
 import numpy as np
 
+from sdc_common.driving import other_level
 from sdc_sim.physics.obstacles import ObstacleState
 from sdc_sim.physics.traffic_lights import TrafficLightState
 from sdc_sim.road.scenery import (
@@ -225,7 +226,7 @@ def moving_bodies(
     obstacles: Sequence[ObstacleState], lights: Sequence[TrafficLightState]
 ) -> list[Frusta]:
     """Return the solid parts of obstacles and traffic lights."""
-    places = [(one.kind, *one.rectangle, one.height_m) for one in obstacles]
+    places = [(one.kind, *one[2:8]) for one in obstacles]
     # The lamps face the cars, against the heading of the lane.
     places += [
         ("light", one.x_m, one.y_m, one.heading_rad + math.pi, 1.0, 1.0, 1.0) for one in lights
@@ -359,8 +360,12 @@ class LidarModel(SensorModel):
         x_m = state.x_m + ahead * math.cos(state.yaw_rad)
         y_m = state.y_m + ahead * math.sin(state.yaw_rad)
         bodies = [near(one, x_m, y_m, self._reach_m) for one in self._scenery]
-        if moment.obstacles or moment.traffic_lights:
-            bodies += moving_bodies(moment.obstacles, moment.traffic_lights)
+        around: list[Any] = [
+            [one for one in some if not other_level(one.z_m, moment.plane_at(one.x_m, one.y_m))]
+            for some in (moment.obstacles, moment.traffic_lights)
+        ]
+        if any(around):
+            bodies += moving_bodies(*around)
         return self.cast(x_m, y_m, state.yaw_rad, bodies)
 
     def read(self, moment: Moment, tick: int) -> np.ndarray:

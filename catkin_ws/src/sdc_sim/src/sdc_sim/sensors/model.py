@@ -6,6 +6,7 @@ sensor with a period of 0 is off.
 
 from __future__ import annotations
 
+import math
 from types import SimpleNamespace
 from typing import Any, Callable, Mapping, NamedTuple, Sequence
 
@@ -72,6 +73,14 @@ class Moment(NamedTuple):
     state: VehicleState  # true state of the vehicle
     obstacles: Sequence[ObstacleState] = ()  # all obstacles
     traffic_lights: Sequence[TrafficLightState] = ()  # all traffic lights
+    z_m: float = 0.0  # height of the ground below the vehicle
+    pitch_rad: float = 0.0  # pitch of the vehicle, positive with the nose down
+
+    def plane_at(self, x_m: float, y_m: float) -> float:
+        """Return the height of the plane on which the vehicle is at a place [m]."""
+        c, s = math.cos(self.state.yaw_rad), math.sin(self.state.yaw_rad)
+        ahead_m = c * (x_m - self.state.x_m) + s * (y_m - self.state.y_m)
+        return self.z_m - math.tan(self.pitch_rad) * ahead_m
 
 
 class SensorContext(NamedTuple):

@@ -154,7 +154,8 @@ class Gnss(SensorModel):
     def read(self, moment: Moment, tick: int) -> GnssReading:
         """Return the position of the antenna."""
         state = moment.state
-        position = self.errors.apply((state.x_m, state.y_m, MOUNTS_M["gnss"][2]), tick)
+        z_m = moment.z_m + MOUNTS_M["gnss"][2]
+        position = self.errors.apply((state.x_m, state.y_m, z_m), tick)
         offset = self._multipath_offset(moment, tick)
         if any(zone.contains(moment) for zone in self._outages):
             return GnssReading(0.0, 0.0, 0.0, False)

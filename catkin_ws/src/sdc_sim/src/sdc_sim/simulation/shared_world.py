@@ -110,7 +110,9 @@ class SharedWorld:
     def _state(self, name: str) -> ObstacleState:
         car, (*_, height_m) = self.cars[name], KINDS["car"].size_m
         speed_mps = car.vehicle.state.speed_mps
-        return ObstacleState(self._ids[name], "car", *car.outline, height_m, speed_mps)
+        *body, z_m = car.outline
+        row = *body, height_m, speed_mps, z_m, car.pitch_rad
+        return ObstacleState(self._ids[name], "car", *row)
 
     def _meet(
         self, before: Mapping[str, VehicleState], events: Mapping[str, list[CollisionEvent]]

@@ -51,6 +51,7 @@ class Simulation:
         sensor_latency_s: age of an observation
         sensors: further sensors
         traffic: moves other road users, such as SumoTraffic; None without them
+        ground: height and pitch at a pose, Network.ground_at; None: the world is flat
 
     Raises:
         OccupiedError: an obstacle is at the start pose
@@ -70,6 +71,7 @@ class Simulation:
         sensor_latency_s: float = 0.0,
         sensors: SensorSuite | None = None,
         traffic: Any = None,
+        ground: Any = None,
     ):
         self.vehicle = vehicle
         self.tick_s = tick_s
@@ -86,7 +88,8 @@ class Simulation:
         self._sensors = sensors
         self.traffic = traffic
         self._sensor_line = DelayLine(sensor_latency_s, tick_s)
-        self._start = start
+        self._start, self._ground = start, ground
+        self.z_m = self.pitch_rad = 0.0  # of the vehicle; positive with the nose down
         # From the centre of gravity, the point of the state, forward to the centre of the body.
         self._centre_m = 0.5 * (vehicle.parameters.front_axle_m - vehicle.parameters.rear_axle_m)
         # The first stamp must not be zero, which is no time in ROS.
@@ -161,6 +164,10 @@ class Simulation:
         self.vehicle.step(self.commands.select(self.tick, before, self.tick_s), self.tick_s)
         if self.obstacles.all or self.obstacles.others:
             collisions += self._collide(before)
+        if self._ground:
+            state = self.vehicle.state
+            pose = state.x_m, state.y_m, state.yaw_rad
+            self.z_m, self.pitch_rad = self._ground(*pose, self.z_m)
         return collisions
 
     def observe(self, collisions: Sequence[CollisionEvent]) -> Observation:
@@ -188,12 +195,14 @@ class Simulation:
         Raises:
             OccupiedError: an obstacle is there
         """
-        obstacle = self.obstacles.at(self._outline_at(x_m, y_m, yaw_rad))
+        z_m, pitch_rad = self._ground(x_m, y_m, yaw_rad) if self._ground else (0.0, 0.0)
+        obstacle = self.obstacles.at(self._outline_at(x_m, y_m, yaw_rad)._replace(z_m=z_m))
         if obstacle:
             raise OccupiedError(
                 f"the {obstacle.kind} at ({obstacle.x_m:.1f}, {obstacle.y_m:.1f}) is at the place "
                 "of the vehicle; move one of them"
             )
+        self.z_m, self.pitch_rad = z_m, pitch_rad
         self.vehicle.reset(x_m, y_m, yaw_rad)
         self.commands.reset()
 
@@ -242,6 +251,8 @@ class Simulation:
             obstacles=self.obstacles.states,
             traffic_lights=light_states(self.lights, self.elapsed_s),
             collisions=(),
+            z_m=self.z_m,
+            pitch_rad=self.pitch_rad,
         )
         return self.snapshot
 
@@ -253,7 +264,7 @@ class Simulation:
         if self._centre_m:
             x_m += self._centre_m * math.cos(yaw_rad)
             y_m += self._centre_m * math.sin(yaw_rad)
-        return Rectangle(x_m, y_m, yaw_rad, parameters.length_m, parameters.width_m)
+        return Rectangle(x_m, y_m, yaw_rad, parameters.length_m, parameters.width_m, self.z_m)
 
     def _sense_all(self) -> Snapshot:
         """Observe the present state with all sensors; return the snapshot to publish."""
@@ -261,9 +272,9 @@ class Simulation:
         if self._sensors is None:
             return snapshot
         tick = self.tick - self._sensor_line.ticks
-        moment = Moment(
-            self._elapsed_at(tick), snapshot.state, snapshot.obstacles, snapshot.traffic_lights
-        )
+        around = snapshot.obstacles, snapshot.traffic_lights
+        slope = snapshot.z_m, snapshot.pitch_rad
+        moment = Moment(self._elapsed_at(tick), snapshot.state, *around, *slope)
         readings = self._sensors.sense(moment, tick, tick - self._start_tick)
         return snapshot._replace(readings=readings)
 
@@ -277,6 +288,8 @@ class Simulation:
                 self._noise.apply(state),
                 self.obstacles.states,
                 light_states(self.lights, self._elapsed_at(tick)),
+                z_m=self.z_m,
+                pitch_rad=self.pitch_rad,
             )
         )
 

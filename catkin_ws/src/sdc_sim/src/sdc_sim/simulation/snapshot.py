@@ -27,6 +27,8 @@ class Snapshot(NamedTuple):
     # Contacts that began in the last tick; they have no latency.
     collisions: tuple[CollisionEvent, ...] = ()
     readings: SensorReadings = SensorReadings()  # what the sensors measure in this tick
+    z_m: float = 0.0  # height of the ground below the vehicle
+    pitch_rad: float = 0.0  # pitch of the vehicle, positive with the nose down
 
     @property
     def time_s(self) -> float:
@@ -41,16 +43,17 @@ class Snapshot(NamedTuple):
             self.stamp_ns,
             measured.x_m,
             measured.y_m,
-            yaw_as_sent(measured.yaw_rad),
+            yaw_as_sent(measured.yaw_rad, self.pitch_rad),
             math.hypot(measured.speed_mps, measured.lateral_speed_mps),
             tuple(map(detected, self.obstacles)),
             {light.id: light.state for light in self.traffic_lights},
             self.readings,
+            self.z_m,
         )
 
 
 def detected(one: ObstacleState) -> DetectedObstacle:
     """Return what the software of the car receives of an obstacle, rounded as in the messages."""
-    yaw, speed = yaw_as_sent(one.yaw_rad), float(np.float32(one.speed_mps))
+    yaw, speed = yaw_as_sent(one.yaw_rad, one.pitch_rad), float(np.float32(one.speed_mps))
     box = one.x_m, one.y_m, yaw, one.length_m, one.width_m
-    return DetectedObstacle(*box, speed, one.id, one.kind)
+    return DetectedObstacle(*box, speed, one.id, one.kind, one.z_m)

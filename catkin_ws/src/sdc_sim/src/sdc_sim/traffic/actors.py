@@ -10,10 +10,11 @@ from __future__ import annotations
 import math
 import random
 from dataclasses import dataclass, field
-from typing import AbstractSet, Iterator, Sequence
+from typing import AbstractSet, Any, Iterator, Sequence
 
 import numpy as np
 
+from sdc_common.driving import other_level
 from sdc_common.geometry.polyline import Polyline
 from sdc_sim.physics.collision import Rectangle
 from sdc_sim.physics.obstacles import FIRST_TRAFFIC_ID, ObstacleState
@@ -57,8 +58,9 @@ class Actor:
 class _Body:
     """An actor and its motion."""
 
-    def __init__(self, number: int, actor: Actor, line: Polyline):
+    def __init__(self, number: int, actor: Actor, line: Polyline, ground: Any):
         self.id, self.actor, self.line = number, actor, line
+        self._ground, self._z_m = ground, math.nan
         self.s_m = self.before_m = actor.start_m
         self.speed_mps = actor.speed_mps
         self.triggered_s: float | None = None
@@ -69,10 +71,13 @@ class _Body:
         self.state: ObstacleState | None = None
         s, actor = self.s_m, self.actor
         if s < 0.0:
+            self._z_m = math.nan
             return
         (x, y), yaw = self.line.point_at(s), self.line.heading_at(s) + actor.turned_rad
-        pose, size_m = (x, y, yaw), actor.size_m
-        self.state = ObstacleState(self.id, actor.kind, *pose, *size_m, self.speed_mps)
+        slope = self._ground(x, y, yaw, self._z_m) if self._ground else (0.0, 0.0)
+        self._z_m, _ = slope
+        row = x, y, yaw, *actor.size_m, self.speed_mps, *slope
+        self.state = ObstacleState(self.id, actor.kind, *row)
 
     def wanted(self, time_s: float) -> tuple[float, float]:
         """Return the speed that it wants, and how fast it changes its own [m/s, m/s^2]."""
@@ -93,6 +98,7 @@ class ScriptedTraffic:
         seed: seed of the gaps in flows
         tick_s: duration of a tick [s]
         lights: the traffic lights, at which those who look stop
+        ground: as that of Simulation
     """
 
     def __init__(
@@ -102,9 +108,10 @@ class ScriptedTraffic:
         seed: int,
         tick_s: float,
         lights: Sequence[TrafficLightPlan] = (),
+        ground: Any = None,
     ) -> None:
         self._actors, self._seed, self._tick_s = actors, seed, tick_s
-        self._mission = Polyline(mission_m.tolist())
+        self._mission, self._ground = Polyline(mission_m.tolist()), ground
         paths = {id(one.path_m): one.path_m.tolist() for one in actors}
         self._lines = {key: Polyline(points) for key, points in paths.items()}
         self._stops: dict[int, list[tuple[float, TrafficLightPlan]]] = {}
@@ -121,7 +128,7 @@ class ScriptedTraffic:
         """Start again with the car at this place, and return the road users."""
         self._random, self._ticks, self._along_m = random.Random(self._seed), 0, 0.0
         self._bodies = [
-            _Body(number, one, self._lines[id(one.path_m)])
+            _Body(number, one, self._lines[id(one.path_m)], self._ground)
             for number, one in enumerate(self._actors, FIRST_TRAFFIC_ID)
         ]
         self._next_id = FIRST_TRAFFIC_ID + len(self._bodies)
@@ -135,7 +142,7 @@ class ScriptedTraffic:
         self._ticks += 1
         place = self._mission.project(ego.x_m, ego.y_m, self._along_m, _WINDOW_M, _WINDOW_M)
         self._along_m = place.s_m
-        car = ObstacleState(1, "car", *ego, 0.0, speed_mps)
+        car = ObstacleState(1, "car", *ego[:5], 0.0, speed_mps, ego.z_m)
         for one in self._bodies:
             if one.id in blocked:
                 one.s_m, one.speed_mps = one.before_m, 0.0
@@ -245,6 +252,7 @@ def _on_way(
     turned = other.yaw_rad - place.heading_rad
     cos, sin = math.cos(turned), abs(math.sin(turned))
     across_m = 0.5 * (other.length_m * sin + other.width_m * abs(cos) + width_m)
-    if place.distance_m < across_m + _BESIDE_M and place.s_m > body.s_m:
+    on_level = not other_level(other.z_m, state.z_m, place.s_m - body.s_m)
+    if on_level and place.distance_m < across_m + _BESIDE_M and place.s_m > body.s_m:
         along_m = 0.5 * (other.length_m * abs(cos) + other.width_m * sin)
         yield place.s_m - body.s_m - along_m - 0.5 * length_m, other.speed_mps * cos

@@ -44,7 +44,8 @@ def _lights(network: Network, junction: Junction) -> Iterator[TrafficLightPlan]:
         phases = _phases(junction, of_lane, min)
         if "green" not in [colour for colour, _ in phases]:  # its ways are open one after another
             phases = _phases(junction, of_lane, max)
-        (x_m, y_m), heading = lane.points_m[-1].tolist(), lane.heading_at(lane.length_m)
+        (x_m, y_m), z_m = lane.points_m[-1].tolist(), float(lane.z_m[-1])
+        heading = lane.heading_at(lane.length_m)
         beside = rows.setdefault(edge_of(name), [])
         if phases not in beside:
             beside.append(phases)
@@ -53,9 +54,9 @@ def _lights(network: Network, junction: Junction) -> Iterator[TrafficLightPlan]:
             lane = network.lanes[lane.right]
             right_m += lane.width_m
         for ahead_m in _AHEAD_M:
-            row = x_m, y_m, heading, phases, -junction.offset_s, ahead_m, right_m
+            row = x_m, y_m, heading, phases, -junction.offset_s, ahead_m, right_m, z_m
             light = TrafficLightPlan(*row)
-            place = network.nearest(*light.pole_m)
+            place = network.nearest(*light.pole_m, z_m=z_m)
             if place is None or abs(place.cross_track_m) > 0.5 * network.lanes[place.lane].width_m:
                 break  # The pole is on no lane.
         yield light

@@ -108,7 +108,7 @@ class SumoTraffic:
         }
         self._mission = self._connected(self._edges_along(mission_m))
         read = importlib.import_module("traci.constants")
-        self._read = read.VAR_POSITION, read.VAR_ANGLE, read.VAR_SPEED
+        self._read = read.VAR_POSITION3D, read.VAR_ANGLE, read.VAR_SPEED, read.VAR_SLOPE
 
     def reset(self, ego: Rectangle) -> list[ObstacleState]:
         """Start again with the car at this place, and return the road users."""
@@ -298,12 +298,16 @@ class SumoTraffic:
         places_m = [vehicle.getLanePosition(name) for name in names]
         return places_m != sorted(places_m)
 
-    def _state(self, number: int, kind: Kind, front: Any, angle: float, mps: float) -> Any:
-        yaw_rad = math.radians(90.0 - angle)
+    def _state(  # noqa: PLR0913  a row of SUMO
+        self, number: int, kind: Kind, front: Any, angle: float, mps: float, slope: float
+    ) -> ObstacleState:
+        yaw_rad, pitch_rad = math.radians(90.0 - angle), -math.radians(slope)
         back_m = 0.5 * kind.size_m[0]
         x_m = front[0] - back_m * math.cos(yaw_rad)
         y_m = front[1] - back_m * math.sin(yaw_rad)
-        return ObstacleState(number, kind.kind, x_m, y_m, yaw_rad, *kind.size_m, max(mps, 0.0))
+        place = x_m, y_m, yaw_rad, *kind.size_m, max(mps, 0.0)
+        z_m = front[2] + back_m * math.tan(pitch_rad)
+        return ObstacleState(number, kind.kind, *place, z_m, pitch_rad)
 
     def _domain(self, name: str) -> Any:
         is_person = self._users[name].vehicle_class == _PEDESTRIAN
