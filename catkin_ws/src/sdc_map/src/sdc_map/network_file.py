@@ -115,7 +115,7 @@ def _loaded(path: str, _: int) -> Network:
     network.net_path, network.findings = source.net_path, source.findings
     for place in (one for places in source.findings.places.values() for one in places):
         line = own.line(place.road, "0", place.s_m, place.s_m) if own and place.road else None
-        place.point_m = place.point_m if line is None else tuple(line[0].tolist())
+        place.point_m = place.point_m if line is None else tuple(line[0, :2].tolist())
     return network
 
 
@@ -147,7 +147,7 @@ def _name_unread(net: Any, findings: Findings) -> None:
     for node in net.getNodes():
         if node.getType() in ("rail_crossing", "rail_signal"):
             place = f"junction {node.getID()}"
-            findings.add("crossings of rails, always open", place, point_m=node.getCoord())
+            findings.add("crossings of rails, always open", place, point_m=node.getCoord()[:2])
 
 
 def _network(

@@ -147,7 +147,7 @@ def _pieces(
             links = (lane.find("link/" + way) for way in ("predecessor", "successor"))
             ids = (number if link is None else link.attrib["id"] for link in links)
             line = points + (edge + 0.5 * width)[:, None] * left
-            kept = _ahead(line, np.column_stack([left[:, 1], -left[:, 0]]))
+            kept = _ahead(line[:, :2], np.column_stack([left[:, 1], -left[:, 0]]))
             yield number, _Piece(s[kept], line[kept], *ids)
             edge = edge + width
 
