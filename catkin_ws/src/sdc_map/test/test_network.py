@@ -5,7 +5,6 @@ import gzip
 import math
 import os
 import re
-import xml.etree.ElementTree as ElementTree
 from types import SimpleNamespace
 
 import numpy as np
@@ -20,7 +19,6 @@ from sdc_map.lane_graph import LaneGraph, NoRouteError
 from sdc_map.mission import plan_mission
 from sdc_map.network import BROKEN, DOUBLE, SOLID, STOP, WALKING, YIELD, edge_of
 from sdc_map.network_file import MapError, load_network
-from sdc_map.opendrive_lanes import OpenDriveLanes
 from sdc_testing.street_maps import dense, lane, needs_maps, opendrive, town, write
 
 pytestmark = needs_maps
@@ -156,9 +154,17 @@ def test_line_between_lanes_that_loops_is_replaced():
     good = np.array([[20.2, 0.1], [25.0, 0.5], [30.2, 1.0]])
     loop = np.array([[20.0, 0.0], [26.0, 0.0], [24.0, 3.0], [22.0, 0.0], [30.0, 1.0]])
     assert joint(before, after, [loop, good])[1] == pytest.approx([24.9, 0.45], abs=0.1)
-    curve = joint(before, after, [loop])
-    assert (curve[0], curve[-1]) == (pytest.approx([20.0, 0.0]), pytest.approx([30.0, 1.0]))
-    assert np.degrees(sharpest_turn(np.vstack([before, curve, after]))[0]) < 10.0
+    for line in (loop, before[1:].repeat(2, axis=0)):  # the second one has no length
+        curve = joint(before, after, [line])
+        assert (curve[0], curve[-1]) == (pytest.approx([20.0, 0.0]), pytest.approx([30.0, 1.0]))
+        assert np.degrees(sharpest_turn(np.vstack([before, curve, after]))[0]) < 10.0
+
+
+def test_lanes_of_one_edge_that_are_not_beside_one_another_are_no_neighbours(tmp_path):
+    with open(town(tmp_path), encoding="utf-8") as file:
+        text = re.sub(r'(id="a_2" [^>]*shape=)"[^"]*"', r'\1"-120.0,40.0 -8.0,0.0"', file.read())
+    network = load_network(write(tmp_path, text, "apart.net.xml"))
+    assert (network.lanes["a_1"].left, network.lanes["a_2"].right) == ("", "")
 
 
 def meeting_road(number, place, way, right, left=""):
@@ -231,15 +237,6 @@ def test_lanes_lead_on_over_a_direct_junction(tmp_path, name):
         "links of direct junctions between other lanes (1, the first: junction 9, lane -9 to -9)"
     )
     assert [*network.findings.lines()] == ([unlinked] if name == "exit" else [])
-
-
-@pytest.mark.parametrize(("beside_m", "place_m"), [(-1.8, 40.0), (1.8, 40.0), (9.0, 49.0)])
-def test_place_of_netconvert_near_a_border_of_sections_is_the_border(beside_m, place_m):
-    section = f'<laneSection s="40"><center>{lane(0)}</center></laneSection></lanes>'
-    text = opendrive("<line/>", 80, lane(-1)).replace("</lanes>", section)
-    place = np.array([10.0, -4.0]) + (40.0 + beside_m) * np.array([math.cos(0.3), math.sin(0.3)])
-    lanes = OpenDriveLanes(ElementTree.fromstring(text))
-    assert lanes.place_m("7", *place) == pytest.approx(place_m, abs=0.01)
 
 
 def test_positions_ignore_projection_and_offset(tmp_path):

@@ -13,7 +13,7 @@ from sdc_map.network import part_of
 _STEP_M = 0.5
 # A line that turns by more at a step is no way for a car: its radius is below 1.9 m.
 _SHARPEST_RAD = np.radians(15.0)
-# A line between places that are closer to each other is no longer than its errors.
+# A shorter line, and one between places that are closer to each other, is as long as its errors.
 _SHORTEST_M = 0.5
 # Its direction is that of the lanes so close to it.
 _NEAR_M = 1.0
@@ -31,9 +31,11 @@ def joint(before: np.ndarray, after: np.ndarray, lines: Iterable[np.ndarray]) ->
     """
     tail, head = _start_of(before[::-1])[::-1], _start_of(after)
     start, end = tail[-1], head[0]
-    for line in lines if np.hypot(*(end - start)[:2]) > _SHORTEST_M else ():
+    for line in lines:
         s = arc_lengths(line)
-        along = (s / max(s[-1], 1e-9))[:, None]
+        if min(s[-1], np.hypot(*(end - start)[:2])) < _SHORTEST_M:
+            continue
+        along = (s / s[-1])[:, None]
         line = line + (1.0 - along) * (start - line[0]) + along * (end - line[-1])
         whole = np.vstack([tail, line, head])
         s = arc_lengths(whole)

@@ -13,6 +13,7 @@ import os
 import re
 import sys
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any, Iterator
 from xml.sax import SAXException
@@ -171,7 +172,7 @@ def _network(
     lines = {name: _points(lane.getShape3D()) for name, lane in sources.items()}
     found = {_BESIDE: [] if own is None else _take_lines_of_file(lines, sources, own, leads)}
     lanes = [_lane(lane, lines[one], own, leads[one], comes[one]) for one, lane in sources.items()]
-    lanes, found[_REFUSED] = without_bends(lanes)
+    lanes, found[_REFUSED] = without_bends(_parted(lanes))
     for edge in net.getEdges():
         for lane in edge.getLanes() if edge.getFunction() == "crossing" else ():
             line = RoadLane("", _points(lane.getShape())[:, :2], lane.getWidth(), 0.0)
@@ -183,6 +184,26 @@ def _network(
         for text in texts:
             findings.add(what, text)
     return Network(name, lanes, junctions, crosswalks, bays, stops)
+
+
+def _parted(lanes: list[RoadLane]) -> list[RoadLane]:
+    """Return lanes without changes between those of one edge that are not beside one another."""
+    known = {lane.id: lane for lane in lanes}
+
+    def beside(lane: RoadLane, name: str) -> str:
+        if not name:
+            return ""
+        shares = np.array([0.0, 0.5, 1.0])
+        places = (one.at(shares * one.length_m) for one in (lane, known[name]))
+        apart_m = np.hypot(*(next(places) - next(places)).T).max()
+        return name if apart_m < lane.width_m + known[name].width_m else ""
+
+    return [
+        replace(lane, left=beside(lane, lane.left), right=beside(lane, lane.right))
+        if lane.left or lane.right
+        else lane
+        for lane in lanes
+    ]
 
 
 def _places(path: str, lanes: dict[str, RoadLane]) -> tuple[list[np.ndarray], list[np.ndarray]]:
@@ -246,9 +267,11 @@ def _take_lines_of_file(
             choices = own.through(*_origin(sources[through[0]])), [lines[one] for one in through]
             found = [np.vstack(line) for line in choices if line is not None]
             line = joint(lines[name], lines[end], found)
-            shares = np.cumsum([0.0, *(arc_lengths(lines[one])[-1] for one in through)])
+            # Those of netconvert may have no length.
+            lengths_m = [max(arc_lengths(lines[one])[-1], 1e-3) for one in through]
+            shares = np.cumsum([0.0, *lengths_m])
             s = arc_lengths(line)
-            cuts = shares / max(shares[-1], 1e-9) * s[-1]
+            cuts = shares / shares[-1] * s[-1]
             for one, first, last in zip(through, cuts, cuts[1:]):
                 lines[one] = _points(part_of(line, s, first, last))
     return [f"{text} by {-distance_m:.1f} m" for distance_m, text in sorted(beside)]

@@ -17,9 +17,6 @@ from sdc_map.opendrive_file import sections
 from sdc_map.road_geometry import piecewise_cubic, reference_line
 
 _STEP_M = 0.25
-# A place of netconvert that is so close to the border of two lane sections is this border: in long
-# curves, it is up to metres beside its true place.
-_BORDER_M = 2.0
 # Ends of lines that are farther from each other do not belong together.
 _APART_M = 0.5
 
@@ -75,7 +72,7 @@ class OpenDriveLanes:
         share = (np.array([x_m, y_m]) - points[row]) @ step / max(step @ step, 1e-9)
         s_m = float(s[row] + share * (s[row + 1] - s[row]))
         border_m = min((piece.s_m[0] for piece in reference), key=lambda s: abs(s - s_m))
-        return float(border_m) if abs(border_m - s_m) < _BORDER_M else s_m
+        return float(border_m) if abs(border_m - s_m) < _STEP_M else s_m
 
     def line(self, road: str, lane: str, start_m: float, end_m: float) -> np.ndarray | None:
         """Return the centre line (N, 3) of a lane between two places along its road.
