@@ -13,8 +13,11 @@ pytestmark = [needs_maps, pytest.mark.slow(6)]
 # Standing cars: on the bridge, and below it, where the car drives.
 _ABOVE = "{kind: car, at: [-1.75, 1.75], yaw_rad: 3.1416}"
 _BELOW = "{kind: car, at: [1.75, -1.75], yaw_rad: 1.5708}"
-# One that drives on the other level, and is at the crossing at about the time of the car.
-_DRIVES_BELOW = "{kind: car, path: [[1.75, -60.0], [1.75, 90.0]], speed_mps: 8.0, start_s: 3.2}"
+# A column that drives on the other level, of which one is at the crossing when the car is there.
+_DRIVE_BELOW = ", ".join(
+    f"{{kind: car, path: [[1.75, {y}.0], [1.75, 90.0]], speed_mps: 8.0}}"
+    for y in range(-110, -30, 6)
+)
 _OVER, _UNDER = ((-75.0, -1.75), (90.0, -1.75)), ((-1.75, 60.0), (-1.75, -90.0))
 
 
@@ -35,7 +38,7 @@ def driven(folder, path, ends, obstacles, **arguments):
 
 
 @pytest.mark.parametrize(
-    ("ends", "obstacle"), [(_OVER, _BELOW), (_OVER, _DRIVES_BELOW), (_UNDER, _ABOVE)]
+    ("ends", "obstacle"), [(_OVER, _BELOW), (_OVER, _DRIVE_BELOW), (_UNDER, _ABOVE)]
 )
 def test_car_drives_on_as_if_the_other_level_were_empty(tmp_path, path, ends, obstacle):
     free, _ = driven(tmp_path, path, ends, [])
@@ -47,7 +50,7 @@ def test_car_drives_on_as_if_the_other_level_were_empty(tmp_path, path, ends, ob
         for one in seen
         for other in one.obstacles
     )
-    assert nearest_m < 2.5
+    assert nearest_m < 3.5
 
 
 @pytest.mark.parametrize(
