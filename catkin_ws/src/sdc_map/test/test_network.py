@@ -13,7 +13,7 @@ from opendrive_geometry import lane_centre_lines
 from scipy.spatial import cKDTree
 
 from sdc_common.geometry.road_line import sharpest_turn
-from sdc_map import netconvert
+from sdc_map import sumo_programs
 from sdc_map.joints import joint
 from sdc_map.lane_graph import LaneGraph, NoRouteError
 from sdc_map.mission import plan_mission
@@ -404,7 +404,7 @@ def test_netconvert_that_fails_is_one_line(tmp_path, monkeypatch, program, words
     os.chmod(write(tmp_path / "sumo" / "bin", "#!/bin/sh\n" + program, "netconvert"), 0o755)
     sumolib = SimpleNamespace(origin=str(tmp_path / "sumolib" / "__init__.py"))
     monkeypatch.setattr("importlib.util.find_spec", lambda _: sumolib)
-    monkeypatch.setattr(netconvert, "TIMEOUT_S", 0.5 if "sleep" in program else 60.0)
+    monkeypatch.setattr(sumo_programs, "TIMEOUT_S", 0.5 if "sleep" in program else 60.0)
     with pytest.raises(MapError, match=words) as error:
         load_network(path)
     assert "\n" not in str(error.value) and "check the file" in str(error.value)

@@ -1,32 +1,22 @@
-"""Make SUMO's network of a map with `netconvert`, which docker/prepare maps installs.
-
-What netconvert makes is kept in a cache by the content of the map.
-"""
+"""Make SUMO's network of a map with `netconvert`, and keep it by the content of the map."""
 
 from __future__ import annotations
 
 import gzip
-import hashlib
-import importlib.util
 import os
 import re
-import shutil
-import subprocess
-import tempfile
 import xml.etree.ElementTree as ElementTree
 import zlib
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from sdc_common.validation import DocumentError
 from sdc_map.findings import Findings
 from sdc_map.opendrive_file import moved_to_origin, read_opendrive
 from sdc_map.osm_file import read_osm
+from sdc_map.sumo_programs import MapError, cache_folder, cached, run
 from sdc_map.yellow import lengthen_yellow
 
-VERSION = "1.28.0"
-INSTALL = "run docker/prepare maps, which installs it and needs a connection"
 _OPTIONS = ("--no-turnarounds", "--offset.disable-normalization", "--precision", "4")
 # With these, centre lines are within 5 cm of the lanes of OpenDRIVE, in junctions within 20 cm.
 # `--opendrive.lane-shapes` would move lanes beside a median by metres.
@@ -43,9 +33,6 @@ _OSM = (
     # Streets in towns have sidewalks: those with a limit from 21 to 60 km/h.
     *("--sidewalks.guess", "--sidewalks.guess.max-speed", "17", "--crossings.guess"),
 )
-# At most so much time [s] and memory [kB] for netconvert: some files make it take all there is.
-TIMEOUT_S = 60.0
-MEMORY_KB = 2_000_000
 # Larger files take more than that in Python.
 MOST_BYTES = 50_000_000
 # Endings of the files that are read, by their first element.
@@ -59,10 +46,6 @@ _FIXES = {
 
 # libsumo would look for data of projections, which are not installed.
 _PROJECTION = re.compile(b'projParameter="[^"]*"')
-
-
-class MapError(DocumentError):
-    """A map that cannot be used; the one-line message names file, problem and fix."""
 
 
 @dataclass
@@ -156,7 +139,7 @@ def _moved(path: str, root: ElementTree.Element, findings: Findings) -> str:
                 for x, y, *z in points
             )
     content = _PROJECTION.sub(b'projParameter="!"', ElementTree.tostring(root), count=1)
-    folder = _cache_folder(content)
+    folder = cache_folder(content)
     os.makedirs(folder, exist_ok=True)
     net_path = os.path.join(folder, "map.net.xml")
     with open(f"{net_path}.{os.getpid()}", "wb") as file:
@@ -165,74 +148,20 @@ def _moved(path: str, root: ElementTree.Element, findings: Findings) -> str:
     return net_path
 
 
-def _cache_folder(content: bytes) -> str:
-    root = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    return os.path.join(root, "sdc_maps", hashlib.sha256(content).hexdigest()[:32])
-
-
-def _netconvert() -> str:
-    """Return the path of netconvert, which is installed beside sumolib."""
-    sumolib = importlib.util.find_spec("sumolib")
-    folder = os.path.dirname(os.path.dirname((sumolib and sumolib.origin) or ""))
-    path = os.path.join(folder, "sumo", "bin", "netconvert")
-    if not os.access(path, os.X_OK):
-        raise MapError(f"netconvert {VERSION}, which reads maps, is missing; {INSTALL}")
-    return path
-
-
 def _converted(path: str, files: dict[str, bytes], options: tuple[str, ...], fix: str) -> str:
     """Return the folder of the cache with what netconvert makes of files, by their names."""
     options = (*options, *_OPTIONS)
-    content = "\n".join((VERSION, *options, "yellow", "")).encode() + b"".join(files.values())
-    folder = _cache_folder(content)
-    if os.path.isdir(folder):
-        return folder
-    program = _netconvert()
-    os.makedirs(os.path.dirname(folder), exist_ok=True)
-    # A drive that is interrupted, or another one at the same time, leaves no half of a map.
-    with tempfile.TemporaryDirectory(dir=os.path.dirname(folder)) as place:
+
+    def make(made: str) -> None:
         for name, data in files.items():
-            with open(os.path.join(place, name), "wb") as file:
+            with open(os.path.join(os.path.dirname(made), name), "wb") as file:
                 file.write(data)
-        made = os.path.join(place, "made")
-        os.mkdir(made)
         net_path = os.path.join(made, "map.net.xml")
-        command = [program, *options, "--output-file=map.net.xml"]
-        # The data of another version of SUMO, or of libsumo in this process, are not its own.
-        own = {name: value for name, value in os.environ.items() if name != "SUMO_HOME"}
-        try:
-            done = subprocess.run(
-                ["/bin/sh", "-c", f'ulimit -v {MEMORY_KB}; exec "$@"', "sh", *command],
-                capture_output=True,
-                text=True,
-                check=False,
-                cwd=made,
-                env=own,
-                timeout=TIMEOUT_S,
-            )
-        except subprocess.TimeoutExpired:
-            raise MapError(f"{path}: netconvert takes more than {TIMEOUT_S:g} s; {fix}") from None
-        if done.returncode or not os.path.exists(net_path):
-            raise MapError(f"{path}: netconvert cannot read it: {_reason(done.stderr)}; {fix}")
+        run("netconvert", [*options, "--output-file=map.net.xml"], net_path, path, fix)
         with open(net_path, "rb") as file:
             network = file.read()
         with open(net_path, "wb") as file:
             file.write(_PROJECTION.sub(b'projParameter="!"', network, count=1))
         lengthen_yellow(net_path)
-        try:
-            os.rename(made, folder)
-        except OSError:
-            if not os.path.isdir(folder):
-                shutil.copytree(made, folder)
-    return folder
 
-
-def _reason(text: str) -> str:
-    """Return in one line why netconvert ended, by what it wrote to the standard error."""
-    if "bad_alloc" in text:
-        return f"it needs more than {MEMORY_KB / 1e6:g} GB"
-    if "No edges loaded" in text or "No nodes loaded" in text:
-        return "no road with a length has a lane for cars"
-    errors = [line[7:] for line in text.splitlines() if line.startswith("Error: ")]
-    lines = list(dict.fromkeys(errors or text.splitlines())) or ["it ended without a reason"]
-    return lines[0].rstrip(".") + (f" (and {len(lines) - 1} more)" if lines[1:] else "")
+    return cached("\n".join((*options, "yellow", "")).encode() + b"".join(files.values()), make)

@@ -27,7 +27,7 @@ from sdc_map.drivable import without_bends
 from sdc_map.findings import Findings
 from sdc_map.joints import joint
 from sdc_map.map_file import map_file
-from sdc_map.netconvert import INSTALL, MapError, map_source
+from sdc_map.netconvert import map_source
 from sdc_map.network import (
     BICYCLE,
     BROKEN,
@@ -49,6 +49,7 @@ from sdc_map.network import (
 )
 from sdc_map.opendrive_file import FARTHEST_M
 from sdc_map.opendrive_lanes import OpenDriveLanes
+from sdc_map.sumo_programs import INSTALL, MapError
 
 # Lanes with a lower limit, such as those of car parks in SUMO, are not for cars.
 _SLOWEST_MPS = 2.0
