@@ -305,7 +305,9 @@ class SumoTraffic:
         back_m = 0.5 * kind.size_m[0]
         x_m = front[0] - back_m * math.cos(yaw_rad)
         y_m = front[1] - back_m * math.sin(yaw_rad)
-        place = x_m, y_m, yaw_rad, *kind.size_m, max(mps, 0.0)
+        # SUMO's speed of a pedestrian at the edge of a walking area is sometimes NaN.
+        speed_mps = max(mps, 0.0) if math.isfinite(mps) else 0.0
+        place = x_m, y_m, yaw_rad, *kind.size_m, speed_mps
         z_m = front[2] + back_m * math.tan(pitch_rad)
         return ObstacleState(number, kind.kind, *place, z_m, pitch_rad)
 
