@@ -65,6 +65,8 @@ WRONG = [
     ("scenarios", "naive:=1-2", "naive:=1-2: must be a whole number of at least 0"),
     ("scenarios", "behaviour:=no", "behaviour:=no: must be true or false"),
     ("scenarios", "map:=nowhere.xodr", "map:=nowhere.xodr: unknown name, and no such file"),
+    ("scenarios", "map:=random:1-x", "use one of town or random:SEED, or the path of"),
+    ("drive", "map:=random:1-2", "use one of town or random:SEED, or the path of"),
     ("championship", "tyr", "'tyr': unknown name; did you mean 'try'?"),
     ("championship", "new", "FILE is missing; usage: ./championship new FILE.py"),
     ("championship", "try no.py", "'no.py': there is no such file"),

@@ -133,27 +133,31 @@ def conditions(
     scenario: str,
     route: RouteSource | None,
     options: Mapping[str, Any],
-    map_file: str,
+    streets: str,
     start: Sequence[float] | None,
     goal: Sequence | None,
 ) -> tuple[DriveSetup, GlobalPlanner | None]:
     """Return the conditions of a drive, and what plans its missions on a map; see drive_result."""
     setup = drive_setup(scenario, route, options)
+    seed = setup.parameters["seed"]
     if setup.scenario is not None and setup.scenario.map is not None and route is None:
-        map_file, goal = map_file or map_path(setup.scenario), goal or setup.scenario.goals or None
-    if not map_file:
+        streets = streets or map_path(setup.scenario, seed)
+        goal = goal or setup.scenario.goals or None
+    if not streets:
         return setup, None
     from sdc_map.global_planner import GlobalPlanner
+    from sdc_map.map_file import map_file
     from sdc_map.network_file import load_network
     from sdc_sim.scenario.map_drive import file_points, first_mission
 
     goals = () if goal is None else [goal] if np.ndim(goal) == 1 else goal
-    missions = GlobalPlanner(load_network(map_file))
-    drawn = setup.parameters["seed"], setup.parameters["street_scenario"]
-    mission, goals = first_mission(missions.graph, start, goals, *drawn)
+    streets = map_file(streets, seed=seed)
+    missions = GlobalPlanner(load_network(streets))
+    street_scenario = setup.parameters["street_scenario"]
+    mission, goals = first_mission(missions.graph, start, goals, seed, street_scenario)
     missions.drive_to(goals)
     waypoints_m = file_points(mission.points_m)
-    return drive_setup(scenario, waypoints_m, {**options, "map_path": map_file}), missions
+    return drive_setup(scenario, waypoints_m, {**options, "map_path": streets}), missions
 
 
 def own_planner(

@@ -173,7 +173,8 @@ def _problem(row: Mapping[str, Any], text: str) -> str:
         is_valid = all(part.rstrip("-.") in beginnings for part in text.split(".."))
     elif kind in _PATHS:
         is_file = _PATHS[kind](os.path.expanduser(text)) and text.endswith(row.get("ending", ""))
-        is_valid = text in names or is_file
+        is_known = text in names or bool(re.fullmatch(row.get("pattern", "(?!)"), text))
+        is_valid = is_known or is_file
     else:
         pattern = row.get("pattern", "" if names else ".*")
         is_valid = text in names or bool(re.fullmatch(pattern, text, re.DOTALL))

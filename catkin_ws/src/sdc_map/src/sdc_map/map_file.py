@@ -3,16 +3,52 @@
 from __future__ import annotations
 
 import os
+import re
 
 import rospkg
 
+from sdc_map.random_town import random_town
+from sdc_map.sumo_programs import MapError
 
-def map_file(name: str, folder: str = "") -> str:
-    """Return the path of a map: of a packaged one, or of a file relative to a folder."""
+# A town that is drawn: random:SEED. Without its seed, it is drawn from the seed of the drive.
+RANDOM = "random"
+
+
+def map_file(name: str, folder: str = "", seed: int | None = None) -> str:
+    """Return the path of a map: of a packaged one, of a town that is drawn, or of a file.
+
+    Args:
+        name: what the user gives
+        folder: folder of a file with a relative path
+        seed: seed of the drive, for the map "random"; None if there is none
+
+    Raises:
+        MapError: the seed of a town is missing or not valid, or the town cannot be drawn
+    """
+    if name == RANDOM and seed is not None:
+        name = f"{RANDOM}:{seed}"
+    if name.partition(":")[0] == RANDOM:
+        if not re.fullmatch(RANDOM + r":\d{1,10}", name):
+            raise MapError(f"{name}: is not one town; write {RANDOM}:SEED, such as {RANDOM}:7")
+        options = os.path.join(_maps(), "town", "town.netccfg")
+        return random_town(int(name.partition(":")[2]), options)
     packaged = os.path.join(_maps(), name + ".net.xml")
     if name.isidentifier() and os.path.exists(packaged):
         return os.path.abspath(packaged)
     return os.path.abspath(os.path.join(folder, os.path.expanduser(name)))
+
+
+def town_seeds(name: str) -> list[int]:
+    """Return the seeds of a set of towns, random:FIRST-LAST; none of another map.
+
+    Raises:
+        MapError: the set is empty
+    """
+    found = re.fullmatch(RANDOM + r":(\d{1,10})-(\d{1,10})", name)
+    seeds = list(range(int(found[1]), int(found[2]) + 1)) if found else []
+    if found and not seeds:
+        raise MapError(f"{name}: has no town; write {RANDOM}:FIRST-LAST, such as {RANDOM}:1-20")
+    return seeds
 
 
 def _maps() -> str:

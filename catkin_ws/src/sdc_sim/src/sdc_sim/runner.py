@@ -84,7 +84,7 @@ def prepare(scenario: Scenario, report_path: str, given: Mapping[str, str]) -> d
         own["waypoints_path"] = find_route(scenario.path, scenario.route)
     if scenario.map is not None and "map" not in given:
         goal = ";".join(f"{x},{y}" for x, y in scenario.goals)
-        on_map = {"map": map_path(scenario), "goal": goal, **given}
+        on_map = {"map": map_path(scenario, options.get("seed", 0)), "goal": goal, **given}
         on_map["sim_options"] = options_text(options)
         own.update(launch_arguments(report_path, on_map))
     if scenario.stack is not None and not given.get("workspace"):

@@ -13,7 +13,6 @@ from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.polyline import Place
 from sdc_experiments.closed_loop import conditions
 from sdc_experiments.learning import observation as obs
-from sdc_map.map_file import map_file
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.physics.traffic_lights import RED, YELLOW
@@ -75,7 +74,7 @@ class SdcEnvironment(gymnasium.Env):
         pictures = gymnasium.spaces.Box(0, 255, (picture_size[1], picture_size[0], 3), np.uint8)
         self.observation_space = pictures if self._shows_picture else VECTORS
         self._random_routes = random_routes
-        self._map = map and map_file(map)
+        self._map = map
         self._options = dict(sim_options)
         self._seed = self._options.pop("seed", None)
         if not random_routes and not map:

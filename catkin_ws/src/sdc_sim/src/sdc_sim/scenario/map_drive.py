@@ -63,9 +63,11 @@ def launch_arguments(report: str, given: dict[str, str]) -> dict[str, str]:
     given = {**given, "sim_options": options_text(options)}
     if not given.get("map"):
         return given
-    graph = LaneGraph(load_network(given["map"]))
+    seed = options.get("seed", 0)
+    streets = map_file(given["map"], seed=seed)
+    graph = LaneGraph(load_network(streets))
     start, wanted = _points("start", given), _points("goal", given)
-    begin, seed = start[0] if start else None, options.get("seed", 0)
+    begin = start[0] if start else None
     name = options.get("street_scenario", "")
     mission, goals = first_mission(graph, begin, wanted, seed, name)
     path = os.path.splitext(os.path.abspath(report))[0] + ".route.csv"
@@ -75,7 +77,7 @@ def launch_arguments(report: str, given: dict[str, str]) -> dict[str, str]:
     return {
         **given,
         "waypoints_path": path,
-        "map": map_file(given["map"]),
+        "map": streets,
         "goal": str([list(map(float, goal)) for goal in goals]),
     }
 

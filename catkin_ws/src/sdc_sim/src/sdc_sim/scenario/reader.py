@@ -53,9 +53,9 @@ def load_scenario(path: str) -> Scenario:
     return Scenario(document.path, sim=sim, **own)
 
 
-def map_path(scenario: Scenario) -> str:
-    """Return the path of the map of a scenario."""
-    return map_file(scenario.map or "", os.path.dirname(os.path.abspath(scenario.path)))
+def map_path(scenario: Scenario, seed: int) -> str:
+    """Return the path of the map of a scenario, which the seed of the drive may draw."""
+    return map_file(scenario.map or "", os.path.dirname(os.path.abspath(scenario.path)), seed)
 
 
 def _check_route(document: YamlDocument, route: Any) -> None:
