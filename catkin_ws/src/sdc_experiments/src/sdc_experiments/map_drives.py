@@ -6,7 +6,9 @@ Prints the time to load the map, and of COUNT drives (100) with seeds from FIRST
 complete, the greatest errors, a sum of all traces, which is the same in each run, and how the
 drives ended with which infractions; each drive that is not clean has a line when it ends. Among
 OTHERS road users it also prints the collisions, those at fault, how many drives were comfortable,
-and the time of a tick. With LENGTH_M it takes the seeds whose routes are about as long.
+and the time of a tick. With LENGTH_M it takes the seeds whose routes are about as long. Of a MAP
+random:FIRST-LAST, each drive is in another town, with the seed of the town, or the next one whose
+route is as long.
 """
 
 from __future__ import annotations
@@ -28,6 +30,7 @@ from sdc_common.geometry.route import Route
 from sdc_experiments.closed_loop import drive_result
 from sdc_map.crossings import crossings, places_along
 from sdc_map.lane_graph import LaneGraph
+from sdc_map.map_file import map_file, town_seeds
 from sdc_map.network_file import MapError, load_network
 from sdc_package.behaviour.situation import PEDESTRIAN
 from sdc_sim.evaluation.metrics import comfort_breaks
@@ -111,6 +114,13 @@ def _first_on(path: str, route: Route) -> Callable[[ObstacleState], bool]:
     return is_first
 
 
+def _drive_in_town(traffic: int, length_m: int, town: int) -> tuple[dict[str, Any], str]:
+    """Return what `one_drive` returns, in a town that is drawn."""
+    path = map_file(f"random:{town}")
+    seed = next(seeds_of(LaneGraph(load_network(path)), length_m, town)) if length_m else town
+    return one_drive(path, traffic, seed)
+
+
 def one_drive(path: str, traffic: int, seed: int) -> tuple[dict[str, Any], str]:
     """Return the metrics of a drive between places drawn from a seed, and the sum of its trace."""
     started_s = time.process_time()
@@ -130,17 +140,21 @@ def main() -> None:
         sys.exit("Usage: map_drives MAP [COUNT [OTHERS [LENGTH_M [FIRST]]]]")
     path, given = sys.argv[1], [int(one) for one in sys.argv[2:]]
     count, traffic, length_m, first = (*given, *(100, 0, 0, 0)[len(given) :])
+    seeds = town_seeds(path)[:count]
+    count = len(seeds) or count
     started_s = time.perf_counter()
     try:
-        network = load_network(path)
+        network = load_network(f"random:{seeds[0]}" if seeds else path)
     except MapError as error:
         sys.exit(f"map_drives: {error}")
-    graph = LaneGraph(network)
     print(f"{network.name}: loaded in {time.perf_counter() - started_s:.2f} s")
-    seeds = list(itertools.islice(seeds_of(graph, length_m, first), count))
+    drive = functools.partial(_drive_in_town, traffic, length_m)
+    if not seeds:
+        seeds = list(itertools.islice(seeds_of(LaneGraph(network), length_m, first), count))
+        drive = functools.partial(one_drive, path, traffic)
     metrics, total = [], hashlib.sha256()
     with ProcessPoolExecutor(os.cpu_count()) as pool:
-        drives = pool.map(functools.partial(one_drive, path, traffic), seeds)
+        drives = pool.map(drive, seeds)
         for seed, (one, trace) in zip(seeds, drives):
             metrics.append(one)
             total.update(trace.encode())

@@ -29,7 +29,7 @@ from sdc_experiments.sweep.dask_engine import ClusterError, DaskEngine
 from sdc_experiments.sweep.progress import SweepProgress
 from sdc_experiments.sweep.results import write_csv
 from sdc_experiments.sweep.statistics import estimate
-from sdc_map.map_file import map_file
+from sdc_map.map_file import RANDOM, map_file, town_seeds
 from sdc_map.network_file import load_network
 from sdc_sim.evaluation.drive_evaluation import OBSTACLES, DriveEvaluation
 from sdc_sim.scenario.street_scenarios import Placement, of_map, types
@@ -79,7 +79,7 @@ def drive_nodes(name: str, path: str, seed: int, options: SimpleNamespace) -> di
     """Drive a type with the nodes of a package through ROS, and return its row of the results."""
     report = Path(options.report).absolute().with_name(f"{name}_{seed}.json")
     command = [str(Path(rospkg.RosPack().get_path("sdc_experiments")).parents[2] / "drive")]
-    command += [f"{one}:={vars(options)[one]}" for one in ("map", "stack", "workspace")]
+    command += [f"map:={path}", f"stack:={options.stack}", f"workspace:={options.workspace}"]
     command += [f"sim_options:={{street_scenario: {name}}}", f"report:={report}", f"seed:={seed}"]
     command += ["sync:=true", "headless:=true", "camera:=false"]
     with open(report.with_suffix(".log"), "w", encoding="utf-8") as log:
@@ -210,17 +210,19 @@ def run(options: SimpleNamespace) -> int:
     Raises:
         ValueError, ClusterError, OSError: the drives cannot start; the message is one line
     """
-    path, page, table = map_file(options.map), Path(options.report).absolute(), types()
-    load_network(path)
+    page, table, towns = Path(options.report).absolute(), types(), town_seeds(options.map)
+    names, seeds = options.type or list(table), towns or _seeds(options.seeds)
+    is_drawn = options.map == RANDOM or towns
+    paths = {one: f"{RANDOM}:{one}" if is_drawn else map_file(options.map) for one in seeds}
+    load_network(paths[seeds[0]])
     page.parent.mkdir(parents=True, exist_ok=True)
     is_stack, lacking = options.stack, "" if options.behaviour else "signs"
-    names, seeds = options.type or list(table), _seeds(options.seeds)
     cores = len(os.sched_getaffinity(0))
-    places = [(name, path, seed) for name in names for seed in seeds]
-    others = [(name, path, seed) for name in names for seed in seeds[: options.naive]]
+    places = [(name, paths[seed], seed) for name in names for seed in seeds]
+    others = [(name, paths[seed], seed) for name in names for seed in seeds[: options.naive]]
     problems: list[str] = []
     with DaskEngine(options.scheduler, cores) as engine:
-        engine.check(worker_problem, code_version(), [path])
+        engine.check(worker_problem, code_version(), [] if is_drawn else [paths[seeds[0]]])
         results = partial(_results, engine, problems)
         began_s = time.monotonic()
         own = () if is_stack else [(*one, lacking, OWN) for one in places]
@@ -234,11 +236,12 @@ def run(options: SimpleNamespace) -> int:
             rows += results("naive drives", drive_row, naive_drives)
         took_s, result = time.monotonic() - began_s, summary(rows)
         files = [page.with_name(f"{row['type']}_{row['seed']}.html") for row in driven if is_stack]
-        worst = () if is_stack else [(row["type"], path, row["seed"], lacking) for row in driven]
+        shown = () if is_stack else [(row["type"], row["seed"]) for row in driven]
         pages = [one.read_text(encoding="utf-8") for one in files]
+        worst = [(name, paths[seed], seed, lacking) for name, seed in shown]
         pages = pages or results("pages", page_of, worst)
         seed_of = {row["type"]: row["seed"] for row in rows[::-1] if row["driver"] != NAIVE}
-        first = [(name, path, seed_of[name], lacking) for name in result["types"]]
+        first = [(name, paths[seed_of[name]], seed_of[name], lacking) for name in result["types"]]
         pictures = dict(zip(result["types"], results("plans", picture_of, first)))
     write(page, rows, result, options=options, worst=list(zip(driven, pages)), pictures=pictures)
     print_result(result, problems)
