@@ -106,6 +106,16 @@ def test_places_are_drawn_from_the_seed(path):
     assert not np.array_equal(one.rows[0], other.rows[0], equal_nan=True)
 
 
+def test_random_town_is_that_of_the_seed(tmp_path):
+    one, same = (drive_result(map=name, seed=5, longest_s=0.2) for name in ("random", "random:5"))
+    assert np.array_equal(one.rows, same.rows, equal_nan=True)
+    (tmp_path / "town.yaml").write_text("map: random\nseed: 5\n")
+    rows = drive_result(str(tmp_path / "town.yaml"), longest_s=0.2).rows
+    assert np.array_equal(one.rows, rows, equal_nan=True)
+    arguments = launch_arguments(str(tmp_path / "report.json"), {"map": "random", "seed": "5"})
+    assert arguments["map"].endswith("random_5.net.xml")
+
+
 def test_scenario_on_a_map(path, tmp_path):
     scenario = tmp_path / "to_the_south.yaml"
     scenario.write_text(f"map: {path}\ngoals: [[-2.0, -110.0]]\nseed: 7\n")
@@ -191,6 +201,14 @@ def test_command_drives_between_random_places(path, monkeypatch, capsys):
         printed = capsys.readouterr().out
         assert "2 completed" in printed and "drives without an emergency, " in printed
         assert "0 collisions, 0 at fault; seeds of those: none" in printed
+
+
+@pytest.mark.nightly
+def test_command_drives_in_a_set_of_towns(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["map_drives", "random:22-24", "2"])
+    main()
+    printed = capsys.readouterr().out
+    assert "random_22: loaded" in printed and "2 of 2 drives complete without" in printed
 
 
 def test_seeds_are_those_of_routes_about_as_long_as_wanted(path):

@@ -25,7 +25,7 @@ from sdc_experiments.championship.command import (
 )
 from sdc_experiments.championship.drive import drive, drive_seed
 from sdc_experiments.championship.driver_process import DriverServer
-from sdc_experiments.championship.league import LEAGUES, TABLE, draw, streets_of
+from sdc_experiments.championship.league import LEAGUES, TABLE, draw
 from sdc_experiments.championship.stack import drive_stack
 from sdc_experiments.sweep.dask_engine import DaskEngine
 from sdc_experiments.sweep.progress import SweepProgress
@@ -97,7 +97,7 @@ def run(options: SimpleNamespace) -> int:
                 result, *_ = *graded(engine, entries, league, seeds, options.sandbox, late), {}
             if not result:
                 return 1
-            server = opened.enter_context(DriverServer(source, options.sandbox, streets_of(league)))
+            server = opened.enter_context(DriverServer(source, options.sandbox))
             drivers = dict.fromkeys(seeds, server)
         worst = worst_of(result)
         progress = SweepProgress(sys.stdout, 1, 0, "championship", "pages")

@@ -13,7 +13,7 @@ import rospkg
 
 from sdc_experiments.championship.drive import drive_seed
 from sdc_experiments.championship.driver_process import MAX_SOURCE, DriverServer
-from sdc_experiments.championship.league import TABLE, streets_of
+from sdc_experiments.championship.league import TABLE
 from sdc_experiments.sweep.dask_engine import DaskEngine
 from sdc_experiments.sweep.progress import SweepProgress
 from sdc_experiments.sweep.statistics import estimate
@@ -73,7 +73,7 @@ def drive_seeds(
     source: str, league: str, seeds: Sequence[str], sandboxed: bool, late: Mapping[str, list]
 ) -> list[dict[str, Any]]:
     """Drive what some seeds draw, and return their rows; `late` are records to repeat."""
-    with DriverServer(source, sandboxed, streets_of(league)) as server:
+    with DriverServer(source, sandboxed) as server:
         return [drive_seed(server, league, seed, late.get(seed)) for seed in seeds]
 
 

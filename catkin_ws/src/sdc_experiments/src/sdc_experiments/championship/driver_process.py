@@ -23,6 +23,7 @@ from sdc_common.driving import Command, Observation, Path
 from sdc_experiments.championship.host import ANSWER, HELLO, MAX_MESSAGE, READY, REFUSED
 from sdc_experiments.championship.mission import DriverMission
 from sdc_experiments.sandbox import USER_IDS, SandboxError, as_user, bound, identity, system
+from sdc_map.sumo_programs import maps_folder
 
 MAX_SOURCE = 200_000  # bytes
 # A drive ends when its driver sleeps for longer, or computes one answer for longer [s].
@@ -48,13 +49,12 @@ class DriverServer:
     Args:
         source: the file
         sandboxed: False without the sandbox of bubblewrap; all other limits remain
-        streets: path of the map of the drives, "" without one
 
     Raises:
         SandboxError: there is no sandbox on this machine
     """
 
-    def __init__(self, source: str, sandboxed: bool = True, streets: str = ""):
+    def __init__(self, source: str, sandboxed: bool = True):
         self._control, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         command = [sys.executable, "-B", "-m", "sdc_experiments.championship.host"]
         command.append(str(theirs.fileno()))
@@ -73,7 +73,7 @@ class DriverServer:
             )
         try:
             self._control.settimeout(_MAX_WALL_S)
-            self._control.send(f"{streets}\n{source}".encode())
+            self._control.send(source.encode())
             if self._control.recv(16) == READY:
                 return
         except OSError:
@@ -248,7 +248,7 @@ def _in_sandbox(command: Sequence[str]) -> list[str]:
     if shutil.which("bwrap") is None:
         raise SandboxError("no sandbox for drivers: bwrap is not installed; sandbox:=false")
     packages = [rospkg.RosPack().get_path(name) for name in _PACKAGES]
-    folders = [*_libraries(), *map(os.path.realpath, packages)]
+    folders = [*_libraries(), *map(os.path.realpath, packages), maps_folder()]
     return [
         *system(),
         "--unshare-net",

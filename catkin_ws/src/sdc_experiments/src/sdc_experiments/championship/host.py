@@ -57,12 +57,10 @@ _READABLE = ("/usr/", "/lib", "/opt/ros/", "/dev/null", "/dev/urandom")
 
 
 def main() -> None:
-    """Serve drives: receive a map and the source, then for each drive a socket and a log."""
+    """Serve drives: receive the source, then for each drive a socket and a log."""
     control = socket.socket(fileno=int(sys.argv[1]))
     sys.path.remove(os.getcwd())
-    streets, _, source = control.recv(MAX_MESSAGE).decode(errors="replace").partition("\n")
-    if streets:
-        load_network(streets)  # once, for all drives
+    source = control.recv(MAX_MESSAGE).decode(errors="replace")
     # The memory of this process is not readable or writable for those that it forks.
     ctypes.CDLL(None).prctl(_PR_SET_DUMPABLE, 0, 0, 0, 0)
     rules = seccomp.SyscallFilter(seccomp.ALLOW)
@@ -96,6 +94,8 @@ def _run(link: socket.socket, log: int, source: str, rules: Any) -> None:
     try:
         link.send(HELLO)
         mission: DriverMission = pickle.loads(link.recv(MAX_MESSAGE))
+        if mission.map:
+            load_network(mission.map)  # Its file cannot be read after the next lines.
         random.seed(0)
         np.random.seed(0)  # noqa: NPY002  a driver may use it
         rules.load()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 from dataclasses import dataclass, field
 from typing import Any
@@ -54,11 +55,6 @@ def generator(league: str, seed: str, name: str) -> np.random.Generator:
     return np.random.default_rng(int.from_bytes(digest, "big"))
 
 
-def streets_of(league: str) -> str:
-    """Return the path of the map of a league, "" without one."""
-    return map_file(LEAGUES[league]["map"]) if "map" in LEAGUES[league] else ""
-
-
 def draw(league: str, seed: str) -> Draw:
     """Return what a seed draws."""
     row = LEAGUES[league]
@@ -76,10 +72,12 @@ def draw(league: str, seed: str) -> Draw:
     if "map" not in row:
         route_m = long_route(generator(league, seed, "route"), **row["route"])
         return Draw(league, seed, route_m, sim, drawn(row["planner"]))
-    path, random = streets_of(league), generator(league, seed, "type")
-    name = sorted(types())[int(random.integers(len(types())))]
-    limit_s = of_map(path, name, number).limit_s
-    return Draw(league, seed, None, {**sim, "street_scenario": name}, {}, path, limit_s)
+    path, random = map_file(row["map"], seed=number), generator(league, seed, "type")
+    while True:
+        name = sorted(types())[int(random.integers(len(types())))]
+        with contextlib.suppress(ValueError):  # A random town has no place for some types.
+            limit_s = of_map(path, name, number).limit_s
+            return Draw(league, seed, None, {**sim, "street_scenario": name}, {}, path, limit_s)
 
 
 def prepared(one: Draw) -> tuple[DriveSetup, Simulation, DriverMission]:

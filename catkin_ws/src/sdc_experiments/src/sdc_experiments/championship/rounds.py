@@ -17,7 +17,6 @@ from typing import Any, Mapping
 from sdc_experiments.championship import command
 from sdc_experiments.championship.attempt import page_of, write_page
 from sdc_experiments.championship.driver_process import DriverServer
-from sdc_experiments.championship.league import streets_of
 from sdc_experiments.sandbox import SandboxError
 from sdc_experiments.sweep.cell_drive import code_version, worker_problem
 from sdc_experiments.sweep.dask_engine import DaskEngine
@@ -158,7 +157,7 @@ def _write_site(
         source = path.read_text("utf-8", "replace") if path.exists() else command.baseline(name)
         if secret:
             _write(site / f"{name}.json", one)
-            with DriverServer(source, streets=streets_of(about["league"])) as server:
+            with DriverServer(source) as server:
                 shown = page_of(server, about["league"], worst)
         # A drive is known by its number: the seeds are public after the reveal only.
         numbered = [{**row, "seed": number_of[row["seed"]]} for row in one["rows"]]
