@@ -38,8 +38,8 @@ _REFUSED_S = 1.0  # wall time after which a socket of another user is tried agai
 # Stamp [ns], x [m], y [m] and yaw [rad] of the vehicle; number of obstacles and of traffic lights.
 _HEAD = struct.Struct("<q3d2I")
 # ID, index of the kind in KINDS, and the numbers of ObstacleState.
-_OBSTACLE = struct.Struct("<qI7d")
-_LIGHT = struct.Struct("<q3dq")
+_OBSTACLE = struct.Struct("<qI9d")
+_LIGHT = struct.Struct("<q3dqd")
 _CREDENTIALS = struct.Struct("iII")  # process, user and group of the other end
 MAX_MESSAGE = 1 << 20  # bytes
 
