@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import NamedTuple, Sequence
 
 import numpy as np
@@ -13,7 +13,7 @@ from sdc_sim.camera.boxes import Box, box_solid, draw_box_shadow
 from sdc_sim.camera.buildings import building
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.painting import footprint
-from sdc_sim.camera.rasterizer import NEAR_M, PolygonRasterizer, Solid, paint, project
+from sdc_sim.camera.rasterizer import NEAR_M, PolygonRasterizer, paint, project
 from sdc_sim.camera.signs import sign
 from sdc_sim.camera.trees import TREE_RANGE_M, TreePainter
 from sdc_sim.road.scenery import SIGN, TREE, Scenery
@@ -27,10 +27,6 @@ _CACHED_BUILDINGS = 256
 # Of the order in which bodies are painted.
 _TOLERANCE = 1e-6
 _LEAST_AHEAD_M = 0.3
-
-
-def _solid(scenery: Scenery, item: int) -> Solid:
-    return sign(scenery, item) if scenery.kind[item] == SIGN else building(scenery, item)
 
 
 class _Bodies(NamedTuple):
@@ -50,7 +46,9 @@ class SceneObjects:
     def __init__(self, scenery: Scenery, camera: CameraModel, air: Air, seed: int = 0):
         self.scenery = scenery
         self._trees = TreePainter(scenery, camera, seed, air.weather)
-        self._building = lru_cache(_CACHED_BUILDINGS)(partial(_solid, scenery))
+        self._building = lru_cache(_CACHED_BUILDINGS)(
+            lambda item: (sign if scenery.kind[item] == SIGN else building)(scenery, item)
+        )
         self._camera = camera
         self._air = air
         self._side = np.tan(camera.fov_rad / 2.0) * (1.0 + 1.0 / camera.width)

@@ -1,8 +1,9 @@
 """The edge between the simulator and the node that takes the pictures: a socket of one machine.
 
 The pictures need the true state of every tick, which no topic shows to the vehicle's software.
-The node receives the settings when it connects, and then one observation for each request. Both
-ends refuse a process of another user, and decode fixed records alone: no message can run code.
+The node receives the settings when it connects, and then one observation for each request. The
+name of the socket is a parameter, which any user of the machine can set. So both ends refuse a
+process of another user, and decode fixed records alone: no message can run code.
 """
 
 from __future__ import annotations
@@ -42,6 +43,8 @@ _OBSTACLE = struct.Struct("<qI9d")
 _LIGHT = struct.Struct("<q3dqd")
 _CREDENTIALS = struct.Struct("iII")  # process, user and group of the other end
 MAX_MESSAGE = 1 << 20  # bytes
+# Begins an address in Linux's abstract namespace, which leaves no file.
+_NO_FILE = "\0"
 
 
 class PictureSettings(NamedTuple):
@@ -106,7 +109,7 @@ class PictureFeed:
         self._started = False
         self._slow = False
         self._requested = threading.Event()
-        self._listener = Listener(_address(name), "AF_UNIX", authkey=_key())
+        self._listener = Listener(_NO_FILE + name, "AF_UNIX", authkey=_key())
         threading.Thread(target=self._serve, daemon=True).start()
 
     @property
@@ -129,14 +132,13 @@ class PictureFeed:
 
     def _put(self, observation: Snapshot) -> None:
         """Wait until there is room, but after a timeout not again before the next picture."""
-        started = self._started
-        limit_s = _TIMEOUT_S if started else _START_TIMEOUT_S
+        limit_s = _TIMEOUT_S if self._started else _START_TIMEOUT_S
         try:
             self._observations.put(observation, not self._slow, limit_s)
             self._slow = False
         except queue.Full:
             if not self._slow:
-                task = "finish a picture" if started else "start"
+                task = "finish a picture" if self._started else "start"
                 rospy.logwarn(
                     "sim: front_camera did not %s within %g s; pictures are missing", task, limit_s
                 )
@@ -165,15 +167,12 @@ class PictureFeed:
 def connect(name: str) -> tuple[Connection, PictureSettings]:
     """Return the connection of the node to the simulator; wait until the simulator listens.
 
-    The name is a parameter, which any user of the machine can set: the simulator must be this
-    user's.
-
     Raises:
         ROSInterruptException: the node shuts down
     """
     while not rospy.is_shutdown():
         try:
-            connection = Client(_address(name), "AF_UNIX", authkey=_key())
+            connection = Client(_NO_FILE + name, "AF_UNIX", authkey=_key())
         except OSError:
             time.sleep(_POLL_S)
             continue
@@ -196,8 +195,3 @@ def _is_own(connection: Connection) -> bool:
 
 def _key() -> bytes | None:
     return os.environ.get(KEY_VARIABLE, "").encode() or None
-
-
-def _address(name: str) -> str:
-    """Return a socket address that leaves no file: it is in Linux's abstract namespace."""
-    return "\0" + name

@@ -77,14 +77,12 @@ class SensorSuite:
             number: number of the tick since the start
         """
         self._moments.append(moment)
+        last = len(self._moments) - 1
+        # Before the start the vehicle was where it starts.
         return SensorReadings(
             **{
-                field: model.read(self._moment(latency_ticks), number)
+                field: model.read(self._moments[max(0, last - latency_ticks)], number)
                 for field, period_ticks, latency_ticks, model in self._sensors
                 if tick % period_ticks == 0
             }
         )
-
-    def _moment(self, latency_ticks: int) -> Moment:
-        """Return the moment so many ticks ago; before the start the vehicle was where it starts."""
-        return self._moments[max(0, len(self._moments) - 1 - latency_ticks)]
