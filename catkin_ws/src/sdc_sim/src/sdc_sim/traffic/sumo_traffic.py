@@ -301,14 +301,16 @@ class SumoTraffic:
     def _state(  # noqa: PLR0913  a row of SUMO
         self, number: int, kind: Kind, front: Any, angle: float, mps: float, slope: float
     ) -> ObstacleState:
-        yaw_rad, pitch_rad = math.radians(90.0 - angle), -math.radians(slope)
+        yaw_rad = math.radians(90.0 - angle)
+        pitch_rad = -math.radians(slope) if math.isfinite(slope) else 0.0
         back_m = 0.5 * kind.size_m[0]
-        x_m = front[0] - back_m * math.cos(yaw_rad)
-        y_m = front[1] - back_m * math.sin(yaw_rad)
+        front_x_m, front_y_m, front_z_m = (*front, 0.0)[:3]  # one that waits has no height
+        x_m = front_x_m - back_m * math.cos(yaw_rad)
+        y_m = front_y_m - back_m * math.sin(yaw_rad)
         # SUMO's speed of a pedestrian at the edge of a walking area is sometimes NaN.
         speed_mps = max(mps, 0.0) if math.isfinite(mps) else 0.0
         place = x_m, y_m, yaw_rad, *kind.size_m, speed_mps
-        z_m = front[2] + back_m * math.tan(pitch_rad)
+        z_m = front_z_m + back_m * math.tan(pitch_rad)
         return ObstacleState(number, kind.kind, *place, z_m, pitch_rad)
 
     def _domain(self, name: str) -> Any:
