@@ -130,6 +130,25 @@ def test_scenario_on_a_map(path, tmp_path):
         drive_result(str(scenario))
 
 
+@pytest.mark.slow(12)
+@pytest.mark.parametrize("conditions", [{}, {"traffic": 20}, {"street_scenario": "ParkingExit"}])
+def test_drive_with_traffic_on_the_left_is_the_mirror_image_of_that_on_the_right(conditions):
+    if "traffic" in conditions and not has_libsumo:
+        pytest.skip("docker/prepare traffic has not been run")
+    drives, counts = [], []
+    for name in ("town", "town_left"):
+        ticks = []
+        options = {**conditions, "seed": 3}
+        drive = drive_result(map=name, sim_options=options, longest_s=25.0, observe=ticks.append)
+        states = (tick.state for tick in ticks)
+        drives.append([(one.x_m, one.y_m, one.yaw_rad, one.speed_mps) for one in states])
+        counts.append(drive.metrics["infractions"])
+    right, left = map(np.array, drives)
+    assert len(right) > 400 and np.ptp(right, axis=0)[:2].max() > 30.0
+    assert left == pytest.approx(right * (1.0, -1.0, -1.0, 1.0), abs=1e-6)
+    assert counts[0] == counts[1]
+
+
 def test_seed_without_a_map_is_that_of_the_noise(tmp_path):
     assert launch_arguments("", {"seed": "3", "sim_options": "{friction: 0.5}"}) == {
         "seed": "3",

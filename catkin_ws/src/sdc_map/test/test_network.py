@@ -554,7 +554,6 @@ def test_nearest_lane_prefers_the_direction_of_the_car(streets):
         ("a.xodr", _MAPS["line"].replace('x="10"', 'x="nan"'), r"road 7 is at \[nan, -4.0\]"),
         ("a.xodr", _MAPS["line"].replace('length="80" id', 'length="1e9" id'), "from 0 to 100 km"),
         ("a.xodr", _MAPS["line"].replace('lane id="-2"', "lane"), "road 7: an element lacks 'id'"),
-        ("a.xodr", _MAPS["line"].replace('junction="-1"', 'rule="LHT"'), "road 7 has left-hand"),
         ("a.xodr", _TWICE, "2 roads have the id 7; give each its own"),
         ("a.net.xml", "<net", "no XML: unclosed token: line 1"),
         ("a.net.xml", '<net><edge id="a" from="b" to="c"/></net>', "no complete network"),

@@ -1,5 +1,7 @@
 """The planner on a map: one observation comes in, one path goes out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from planned_roads import street_parameters
@@ -22,9 +24,9 @@ pytestmark = needs_maps
 TICK_NS = 50_000_000
 
 
-@pytest.fixture(scope="module", name="mission")
-def _mission():
-    network = load_network(map_file("town"))
+@pytest.fixture(scope="module", name="mission", params=["town", "town_left"])
+def _mission(request):
+    network = load_network(map_file(request.param))
     graph = LaneGraph(network)
     start, goal = drawn_places(graph, 3)
     return network, plan_mission(graph, [goal], *start)
@@ -71,6 +73,14 @@ def test_car_behind_a_standing_one_stops_and_names_it(mission):
     planner.plan(observation(mission, 20.2, 5.0, tick=2))
     assert planner.reason != "obstacle"
     assert planner.detail == ""
+
+
+def test_car_stops_at_a_red_light_on_its_way(mission):
+    line = observation(mission, 36.0, 0.0)
+    lines = {1: StopLine(line.x_m, line.y_m, 1.75)}
+    planner = new_planner(mission, StayOnRoute, lines=lines)
+    seen = replace(observation(mission, 20.0, 5.0), light_states={1: RED})
+    assert planner.plan(seen).points[-1][2] == 0.0
 
 
 def test_mission_that_is_not_on_lanes_is_refused_and_the_last_one_stays(mission):

@@ -1,11 +1,14 @@
 """What the referee counts on streets: a drive that provokes it, and one that barely does not."""
 
 import math
+import sys
+from functools import lru_cache
 
 import numpy as np
 import pytest
 
 from sdc_map.map_file import map_file
+from sdc_map.mirror import mirrored
 from sdc_sim.evaluation.lane_rules import ARTICLES
 from sdc_sim.evaluation.route_progress import DriveSample
 from sdc_sim.evaluation.street_rules import StreetRules
@@ -15,6 +18,28 @@ pytestmark = needs_maps
 
 TICK_S, FRONT_M = 0.05, 2.35
 EAST, SOUTH, WEST = 0.0, -0.5 * math.pi, math.pi
+_mirrored = lru_cache(mirrored)
+
+
+class RulesInMirror(StreetRules):
+    """The referee in the mirror image of streets, where traffic is on the left."""
+
+    def __init__(self, network, front_m):
+        super().__init__(_mirrored(network), front_m)
+
+    def add_car(self, stamp_ns, sample, *height_m):
+        sample = sample._replace(y_m=-sample.y_m, yaw_rad=-sample.yaw_rad)
+        return super().add_car(stamp_ns, sample, *height_m)
+
+    def add_others(self, stamp_ns, rows):
+        rows = [(number, x, -y, -yaw, *others) for number, x, y, yaw, *others in rows]
+        return super().add_others(stamp_ns, rows)
+
+
+@pytest.fixture(autouse=True, params=["right", "left"])
+def side(request, monkeypatch):
+    if request.param == "left":
+        monkeypatch.setattr(sys.modules[__name__], "StreetRules", RulesInMirror)
 
 
 @pytest.fixture(scope="module")

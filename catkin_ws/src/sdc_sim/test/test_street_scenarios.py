@@ -110,6 +110,33 @@ def test_type_is_placed_in_the_town_the_same_each_time(town, name):
         assert len(drawn) > 1
 
 
+@pytest.mark.parametrize(
+    "name",
+    [
+        "ParkingExit",
+        "HazardAtSideLane",
+        "HighwayExit",
+        "SignalizedJunctionLeftTurn",
+        "MergerIntoSlowTraffic",
+    ],
+)
+def test_type_with_traffic_on_the_left_is_the_mirror_image(town, name):
+    left, right = place(name, load_network("town_left"), 0), place(name, town, 0)
+    flip = (1.0, -1.0)
+    points = [left.start, left.event_m, *left.goals]
+    assert np.multiply(points, flip).tolist() == [
+        [*one] for one in (right.start, right.event_m, *right.goals)
+    ]
+    assert np.array_equal(left.mission_m * flip, right.mission_m)
+    assert len(left.actors) == len(right.actors)
+    for one, other in zip(left.actors, right.actors):
+        assert np.array_equal(one.path_m * flip, other.path_m)
+        assert (one.start_m, one.turned_rad) == (other.start_m, -other.turned_rad)
+    assert len({id(one.path_m) for one in left.actors}) == len(
+        {id(one.path_m) for one in right.actors}
+    )
+
+
 @pytest.mark.slow(2)
 @pytest.mark.parametrize("name", ["InterurbanActorFlow", "InterurbanAdvancedActorFlow"])
 def test_flow_comes_into_the_world_long_before_the_junction(town, name):

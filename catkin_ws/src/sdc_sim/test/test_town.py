@@ -18,6 +18,7 @@ from sdc_sim.road.scenery import SIGN
 from sdc_sim.scenario.configuration import part_of_map
 from sdc_sim.scenario.map_drive import first_mission
 from sdc_sim.scenario.packaged import find_route
+from sdc_sim.traffic.lights import lights_of
 from sdc_testing.street_maps import dense, needs_maps
 
 pytestmark = needs_maps
@@ -73,6 +74,22 @@ def test_clients_of_the_bridge_get_the_opendrive_of_the_map(tmp_path):
     other.write_text('<?xml version="1.0" encoding="UTF-16"?><OpenDRIVE/>', "utf-16")
     assert opendrive_file(str(other)) == "<OpenDRIVE />"
     assert opendrive_file("/none/area.net.xml") == opendrive_file("route.csv") == ""
+
+
+@pytest.mark.parametrize(("name", "side"), [("town", -1.0), ("town_left", 1.0)])
+def test_signs_and_lights_are_on_the_side_of_the_traffic(name, side):
+    network, scenery = load_network(name), part_of_map("road.network_scenery", name)
+    signs = scenery.kind == SIGN
+    assert signs.sum() > 20
+    # A sign faces those that come; beside a ramp, another lane may be as near.
+    poses = zip(*scenery.position_m[signs].T, scenery.yaw_rad[signs] + np.pi)
+    places_m = np.array([network.nearest(*pose).cross_track_m for pose in poses])
+    assert np.mean(side * places_m > 2.0) > 0.95
+    for light in lights_of(network):
+        x, y = light.pole_m
+        to_left_m = (y - light.y_m) * np.cos(light.heading_rad)
+        to_left_m -= (x - light.x_m) * np.sin(light.heading_rad)
+        assert side * to_left_m > 2.0
 
 
 def test_lidars_see_the_scenery_of_the_map():

@@ -10,7 +10,7 @@ import pytest
 from sdc_common.validation import DocumentError
 from sdc_map.map_file import map_file
 from sdc_map.network import WALKING
-from sdc_map.network_file import load_network
+from sdc_map.network_file import load_network, network_path
 from sdc_sim.physics.collision import Rectangle
 from sdc_sim.physics.traffic_lights import COLOURS
 from sdc_sim.scenario.drive_setup import drive_setup
@@ -46,7 +46,7 @@ def car_on(network, lane, s_m):
 
 def start(path, network, count=20, seed=1, mission=("a_0", "b_0")):
     way_m = np.vstack([network.lanes[name].points_m for name in mission])
-    return SumoTraffic(path, count, seed, TICK_S, way_m)
+    return SumoTraffic(network_path(path), count, seed, TICK_S, way_m, network.y_sign < 0.0)
 
 
 def standing(traffic, ego, ticks):
@@ -84,7 +84,10 @@ def test_none_begins_where_it_or_our_car_could_not_brake_gently_before_the_other
         seen = {one.id for one in tick}
 
 
-def test_road_users_are_on_lanes_of_their_kind_and_direction(path, network):
+@pytest.mark.parametrize("more", [(), ("--lefthand",)])
+def test_road_users_are_on_lanes_of_their_kind_and_direction(tmp_path, more):
+    path = town(tmp_path, more=more)
+    network = load_network(path)
     walks = [lane.points_m for lane in network.lanes.values() if lane.kind == WALKING]
     walks += list(network.crosswalks)
     for tick in standing(start(path, network, 40), car_on(network, "a_0", 60.0), 600)[::40]:
@@ -95,6 +98,18 @@ def test_road_users_are_on_lanes_of_their_kind_and_direction(path, network):
                 continue
             place = network.nearest(one.x_m, one.y_m, one.yaw_rad)
             assert abs(place.cross_track_m) < 1.5 and abs(place.heading_error_rad) < 1.0, one
+
+
+def test_traffic_on_the_left_is_the_mirror_image_of_that_on_the_right():
+    ticks = []
+    for name in ("town", "town_left"):
+        network, way = load_network(name), ("land_e_0", "land_n_0")
+        ego = car_on(network, way[0], 60.0)
+        ticks.append(standing(start(map_file(name), network, 20, mission=way), ego, 100))
+    right, left = ticks
+    assert left == [
+        [one._replace(y_m=-one.y_m, yaw_rad=-one.yaw_rad) for one in tick] for tick in right
+    ]
 
 
 def test_those_behind_our_standing_car_stop_and_do_not_hit_it(path, network):

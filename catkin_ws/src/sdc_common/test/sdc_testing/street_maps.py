@@ -71,7 +71,9 @@ _STREETS = (
 )
 
 
-def town(folder, output="-o", name="town.net.xml", mid="priority", turns="--no-turnarounds"):
+def town(
+    folder, output="-o", name="town.net.xml", mid="priority", turns="--no-turnarounds", more=()
+):
     """Make a small town of two junctions with netconvert; return the path of its map.
 
     The street a-b-c from west to east has priority at `mid`, of this type, and a light at `light`.
@@ -102,6 +104,7 @@ def town(folder, output="-o", name="town.net.xml", mid="priority", turns="--no-t
             "--sidewalks.guess.max-speed",
             "20",
             "--crossings.guess",
+            *more,
             output,
             path,
         ],

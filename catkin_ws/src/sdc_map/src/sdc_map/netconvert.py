@@ -7,11 +7,12 @@ import os
 import re
 import xml.etree.ElementTree as ElementTree
 import zlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from sdc_map.findings import Findings
+from sdc_map.mirror import mirror_net
 from sdc_map.opendrive_file import moved_to_origin, read_opendrive
 from sdc_map.osm_file import read_osm
 from sdc_map.sumo_programs import MapError, cache_folder, cached, run
@@ -56,6 +57,7 @@ class MapSource:
     crosswalks_path: str = ""  # crosswalks of OpenDRIVE, "" for other maps
     opendrive: ElementTree.Element | None = None  # the tree of OpenDRIVE, None for other maps
     findings: Findings = field(default_factory=Findings)
+    is_mirror: bool = False  # whether traffic is on the left in the map, of which this is mirrored
 
 
 def map_source(path: str) -> MapSource:
@@ -75,7 +77,12 @@ def map_source(path: str) -> MapSource:
     options: tuple[str, ...] = _OPENDRIVE
     try:
         if tag == "net":
-            return MapSource(_moved(path, root, findings), findings=findings)
+            if "mirrorOf" in root.attrib:
+                named = os.path.join(os.path.dirname(path), root.attrib["mirrorOf"])
+                return replace(map_source(named), is_mirror=True)
+            is_left = mirror_net(root)
+            net_path = _moved(path, root, findings, is_left)
+            return MapSource(net_path, findings=findings, is_mirror=is_left)
         if tag == "OpenDRIVE":
             read_opendrive(root, findings)
             files = {"map.xodr": ElementTree.tostring(root)}
@@ -90,7 +97,8 @@ def map_source(path: str) -> MapSource:
     net_path = os.path.join(folder, "map.net.xml")
     if tag == "osm":
         return MapSource(net_path, findings=findings)
-    return MapSource(net_path, os.path.join(folder, "map.poly.xml"), root, findings)
+    crosswalks_path = os.path.join(folder, "map.poly.xml")
+    return MapSource(net_path, crosswalks_path, root, findings, "lefthand" in root.attrib)
 
 
 def _parsed(path: str, tag: str) -> ElementTree.Element:
@@ -120,13 +128,13 @@ def _parsed(path: str, tag: str) -> ElementTree.Element:
     return root
 
 
-def _moved(path: str, root: ElementTree.Element, findings: Findings) -> str:
-    """Return the path of a network of SUMO, or of a copy that is around the origin."""
+def _moved(path: str, root: ElementTree.Element, findings: Findings, is_changed: bool) -> str:
+    """Return the path of a network of SUMO, or of a copy that is changed or moved to the origin."""
     nodes = [one for one in root.iter("junction") if one.get("x")]
     places = np.array([[float(one.get(axis, "nan")) for axis in "xy"] for one in nodes])
     first = f"junction {nodes[0].get('id')}" if nodes else ""
     moved = moved_to_origin(places.reshape(-1, 2), findings, first)
-    if not findings.places:
+    if not (findings.places or is_changed):
         return path
     x_m, y_m = places[0] - moved[0]
     for one, place in zip(nodes, moved.tolist()):

@@ -176,6 +176,7 @@ class Network:
         crosswalks: Iterable[np.ndarray] = (),
         bays: Iterable[np.ndarray] = (),
         bus_stops: Iterable[np.ndarray] = (),
+        right_hand: Network | None = None,
     ):
         """Index the lanes.
 
@@ -183,6 +184,9 @@ class Network:
             ValueError: there is no lane for cars
         """
         self.name = name
+        # These streets with traffic on the right, for which the rules of the road are written: this
+        # network, or that of which it is the mirror image; and the factor of y and angles there.
+        self.right_hand, self.y_sign = right_hand or self, -1.0 if right_hand else 1.0
         self.lanes: Mapping[str, RoadLane] = {lane.id: lane for lane in lanes}
         self.junctions: Mapping[str, Junction] = {one.id: one for one in junctions}
         self.is_flat = not any(np.abs(one.z_m).max() > _FLAT_M for one in self.lanes.values())
@@ -195,7 +199,7 @@ class Network:
         self._clear_m: dict[tuple[Connection, Connection], float] = {}
         self.crosswalks = tuple(crosswalks)  # polygons (N, 2) [m]
         # Parking bays (4, 2), the first two corners at the lane, and areas of bus stops (4, 2), the
-        # first two corners at the right edge of a lane [m].
+        # first two corners at the outer edge of a lane [m].
         self.bays, self.bus_stops = tuple(bays), tuple(bus_stops)
         self.findings = Findings()  # what the file has otherwise
         self.net_path = ""  # file of SUMO's network
@@ -207,6 +211,8 @@ class Network:
         self.bounds_m = (*points.min(axis=0).tolist(), *points.max(axis=0).tolist())
         # Segments (2, 2) across the ends of lanes [m], and STOP or YIELD.
         self.stop_lines = tuple(self._stop_lines())
+        if right_hand is not None:
+            return  # It has the index of places.
         samples = [lane.samples_m for lane in self.driving]
         self._s_m = np.concatenate(samples)
         self._lane = np.repeat(np.arange(len(samples)), [len(one) for one in samples])
@@ -265,6 +271,10 @@ class Network:
             within_m: greatest distance [m]
             z_m: height, NaN: unknown; lanes of other levels are far away [m]
         """
+        if self.right_hand is not self:
+            yaw_rad = None if yaw_rad is None else -yaw_rad
+            found = self.right_hand.nearest(x_m, -y_m, yaw_rad, within_m, z_m)
+            return found and LanePlace(*found[:2], -found.cross_track_m, -found.heading_error_rad)
         candidates = 4 * _CANDIDATES
         if self.is_flat:  # a car that measures another height is on its lane, too
             candidates, z_m = _CANDIDATES, math.nan
@@ -305,7 +315,7 @@ class Network:
     def oncoming_lane(
         self, lane: RoadLane, pose: Sequence[float], within_m: float, turned_rad: float
     ) -> RoadLane | None:
-        """Return the lane of the other direction to the left of a lane, outside junctions.
+        """Return the lane of the other direction beside a lane, outside junctions.
 
         Args:
             lane: the lane
@@ -315,7 +325,8 @@ class Network:
         """
         x, y, yaw = pose
         z_m = float(lane.height_at(lane.line.nearest(x, y).s_m))
-        x, y = x - lane.width_m * math.sin(yaw), y + lane.width_m * math.cos(yaw)
+        left_m = self.y_sign * lane.width_m
+        x, y = x - left_m * math.sin(yaw), y + left_m * math.cos(yaw)
         found = self.nearest(x, y, yaw + math.pi, within_m, z_m)
         if found is None or abs(found.heading_error_rad) > turned_rad:
             return None

@@ -27,6 +27,7 @@ from sdc_map.drivable import without_bends
 from sdc_map.findings import Findings
 from sdc_map.joints import joint
 from sdc_map.map_file import map_file
+from sdc_map.mirror import mirrored
 from sdc_map.netconvert import map_source
 from sdc_map.network import (
     BICYCLE,
@@ -78,7 +79,7 @@ def load_network(path: str) -> Network:
 
 
 def network_path(path: str) -> str:
-    """Return the path of SUMO's network of a map.
+    """Return the path of SUMO's network of a map, in which traffic is on the right.
 
     Raises:
         MapError: the same as that of `load_network`
@@ -104,6 +105,8 @@ def _loaded(path: str, _: int) -> Network:
         _check(net)
         crosswalks = list(_polygons(source.crosswalks_path)) if own else []
         places = re.sub(r"(?i)\.net\.xml(\.gz)?$", ".add.xml", path)
+        if not os.path.exists(places):  # those of the map of which this one is the mirror image
+            places = source.net_path.replace(".net.xml", ".add.xml")
         network = _network(
             name, net, own, crosswalks, "" if places == path else places, source.findings
         )
@@ -118,7 +121,7 @@ def _loaded(path: str, _: int) -> Network:
     for place in (one for places in source.findings.places.values() for one in places):
         line = own.line(place.road, "0", place.s_m, place.s_m) if own and place.road else None
         place.point_m = place.point_m if line is None else tuple(line[0, :2].tolist())
-    return network
+    return mirrored(network) if source.is_mirror else network
 
 
 def _check(net: Any) -> None:

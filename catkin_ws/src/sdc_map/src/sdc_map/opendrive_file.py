@@ -11,6 +11,7 @@ import numpy as np
 
 from sdc_map.direct_junctions import write_connecting_roads
 from sdc_map.findings import Findings
+from sdc_map.mirror import mirror_left_hand
 from sdc_map.road_geometry import cubics
 
 _UNITS_MPS = {"mph": 0.44704, "km/h": 1.0 / 3.6, "m/s": 1.0}
@@ -41,7 +42,8 @@ def read_opendrive(root: ElementTree.Element, findings: Findings) -> None:
     """Bring the tree of a file into the form that netconvert reads; add what is left out.
 
     Each lane has its speed limits, those of the road, too, and a width instead of a border. The
-    projection and the offset are left out: positions are those of the file, as CARLA uses them.
+    projection and the offset are left out: positions are those of the file, as CARLA uses them. A
+    file with traffic on the left is mirrored; its first element has the attribute `lefthand` then.
 
     Raises:
         LookupError, ValueError: it is not valid OpenDRIVE
@@ -61,6 +63,7 @@ def read_opendrive(root: ElementTree.Element, findings: Findings) -> None:
         except (LookupError, ValueError) as error:
             reason = f"an element lacks {error}" if isinstance(error, LookupError) else error
             raise ValueError(f"road {road.get('id')}: {reason}; correct it there") from None
+    mirror_left_hand(root)
     write_connecting_roads(root, findings)
 
 
@@ -98,9 +101,6 @@ def _refuse(root: ElementTree.Element) -> None:
         if not 0.0 <= float(road.get("length", "nan")) < FARTHEST_M:
             name = f"road {road.get('id')} has the length {road.get('length')}"
             raise ValueError(f"{name}, which must be from 0 to 100 km; write the right length")
-        if road.get("rule") == "LHT":
-            name = f"road {road.get('id')} has left-hand traffic"
-            raise ValueError(f'{name} (rule="LHT"), which is not driven; use a map with "RHT"')
 
 
 def _move(root: ElementTree.Element, findings: Findings) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from sdc_common.driving import DetectedObstacle, Observation, Path, other_level, points_as_sent
 from sdc_common.geometry.route import Route
 from sdc_common.planning.stop_line import StopLine
+from sdc_map.mirror import negated
 from sdc_map.network import Network
 from sdc_package.behaviour.manoeuvres import Manoeuvres, StayOnRoute
 from sdc_package.behaviour.streets import StreetBehaviour, StreetMargins, name_of
@@ -39,6 +40,8 @@ _MARGIN_M = 50.0
 class StreetPlanner:
     """Plans the path ahead on a network of streets, see PathPlanner.
 
+    Where traffic is on the left, it plans in the mirror image of the streets, by the same rules.
+
     Args:
         network: the streets
         settings: parameters of the planners
@@ -57,9 +60,13 @@ class StreetPlanner:
         missions: GlobalPlanner | None = None,
         manoeuvres: type[StayOnRoute] = Manoeuvres,
     ):
-        self._settings, self._lights, self._missions = settings, lights, missions
-        self._network = network
-        self._streets = StreetBehaviour(network, margins, manoeuvres)
+        self._settings, self._missions, self._y_sign = settings, missions, network.y_sign
+        # Those of the observation, and those where it plans.
+        self._known_lights = self._lights = lights
+        if self._y_sign < 0.0:
+            self._lights = TrafficLightMonitor(lights.margins)
+        self._network = network.right_hand
+        self._streets = StreetBehaviour(self._network, margins, manoeuvres)
         self._local: LocalPlanner | None = None
         self._rows, self._path = np.empty((0, 3)), Path(())
 
@@ -92,7 +99,7 @@ class StreetPlanner:
             ValueError: there are fewer than 2 waypoints, one is not finite, one repeats the one
                 before it, or they are not on lanes of the map
         """
-        points_m = points_as_sent(waypoints_m)
+        points_m = points_as_sent(waypoints_m) * (1.0, self._y_sign)
         if self._local is not None and self._local.is_for(points_m):
             return
         if road_mps is not None:
@@ -108,11 +115,17 @@ class StreetPlanner:
 
     def plan(self, observation: Observation) -> Path:
         """See PathPlanner; the same object as long as the path is the same."""
-        x_m, y_m, yaw_rad = observation.x_m, observation.y_m, observation.yaw_rad
         if self._missions is not None:
-            mission = self._missions.update(x_m, y_m, yaw_rad, observation.z_m)
+            pose = observation.x_m, observation.y_m, observation.yaw_rad
+            mission = self._missions.update(*pose, observation.z_m)
             if mission is not None:
                 self.follow(mission.points_m, mission.limits_mps, observation.speed_mps)
+        if self._y_sign < 0.0:
+            others = [negated(one, "y_m", "yaw_rad") for one in observation.obstacles]
+            observation = replace(negated(observation, "y_m", "yaw_rad"), obstacles=others)
+            lines = self._known_lights.lines.items()
+            self._lights.lines = {number: negated(line, "y_m") for number, line in lines}
+        x_m, y_m, yaw_rad = observation.x_m, observation.y_m, observation.yaw_rad
         local = self._local
         assert local is not None, "a mission is followed before the first plan"
         rows = local.free_path(self._search.first_ahead(x_m, y_m), x_m, y_m, yaw_rad)
@@ -124,7 +137,7 @@ class StreetPlanner:
         rows = self._starting_gently(local, rows, observation.speed_mps)
         rows = self._stopping(local, rows, observation)
         if rows is not self._rows:
-            self._rows, self._path = rows, Path.from_rows(rows)
+            self._rows, self._path = rows, Path.from_rows(rows * (1.0, self._y_sign, 1.0))
         return self._path
 
     def _on_level(self, local: LocalPlanner, observation: Observation) -> Observation:

@@ -38,8 +38,8 @@ _TOLERANCE_MPS = 1.0
 # So long lasts what counts as wrong lane, speeding, and standing in a junction [s].
 _LASTS_S = {WRONG_LANE: 1.0, SPEEDING: 1.0, BLOCKING: 5.0, YIELD_EMERGENCY: EMERGENCY_LASTS_S}
 _CAR_WIDTH_M = 1.9
-# One that the car passes is so far ahead of it, and so far on its right [m].
-_PASSED_M, _RIGHT_M = (-40.0, 60.0), (-2.0, 12.0)
+# One that the car passes is so far ahead of it, and so far towards the edge of the road [m].
+_PASSED_M, _BESIDE_M = (-40.0, 60.0), (-2.0, 12.0)
 _LANE_M = 2.5
 _SAME_WAY_M = 1.0  # one so near to a way that it does not cross drives along it
 # An odometry without road users at its time waits for so many later ones: where there are none,
@@ -181,13 +181,13 @@ class StreetRules:
         return abs(turned) > _AGAINST_RAD
 
     def _passes(self, car: RoadUser, others: Sequence[RoadUser]) -> bool:
-        """Return whether the car is around one that is slower, on the right of it."""
+        """Return whether the car is around one that is slower, at the edge of the road."""
         x_m, y_m, yaw_rad = car.body[:3]
         c, s = math.cos(yaw_rad), math.sin(yaw_rad)
         for one in others:
             dx, dy = one.body.x_m - x_m, one.body.y_m - y_m
-            along_m, right_m = c * dx + s * dy, s * dx - c * dy
-            beside = _PASSED_M[0] < along_m < _PASSED_M[1] and _RIGHT_M[0] < right_m < _RIGHT_M[1]
+            along_m, edge_m = c * dx + s * dy, self._network.y_sign * (s * dx - c * dy)
+            beside = _PASSED_M[0] < along_m < _PASSED_M[1] and _BESIDE_M[0] < edge_m < _BESIDE_M[1]
             along_mps = one.speed_mps * math.cos(one.body.yaw_rad - yaw_rad)
             if beside and -_MOVING_MPS < along_mps < car.speed_mps + _MOVING_MPS:
                 return True

@@ -29,7 +29,8 @@ def of_map(path: str) -> Scenery:
 
 
 def network_scenery(network: Network, seed: int) -> Scenery:
-    """Return trees and buildings to the right of the outer lanes, none on a lane."""
+    """Return trees, buildings and signs beside the outer lanes, none on a lane."""
+    y_sign, network = network.y_sign, network.right_hand
     outer = [one for one in network.driving if not one.junction and not one.right]
     ends_m = np.cumsum([lane.length_m for lane in outer])
     half_m = 0.5 * max(lane.width_m for lane in network.driving)
@@ -57,7 +58,8 @@ def network_scenery(network: Network, seed: int) -> Scenery:
     slots = np.arange(0.0, ends_m[-1], _SLOT_M)
     beside = generate_scenery(at, slots, (-edge_m, edge_m), on_road, seed)
     columns = zip(vars(beside).values(), _signs(network))
-    return Scenery(*(np.concatenate(pair) for pair in columns))
+    kind, position_m, yaw_rad, *others = (np.concatenate(pair) for pair in columns)
+    return Scenery(kind, position_m * (1.0, y_sign), y_sign * yaw_rad, *others)
 
 
 def _signs(network: Network) -> tuple[np.ndarray, ...]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import random
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any, Iterator, Mapping, NamedTuple
 
@@ -19,6 +19,7 @@ from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import interpolate, smooth_step
 from sdc_common.validation import suggestion
 from sdc_map.lane_graph import LaneGraph, NoRouteError
+from sdc_map.mirror import negated
 from sdc_map.mission import plan_mission
 from sdc_map.network import BROKEN, STOP, YIELD, Connection, Network, RoadLane, left_normals
 from sdc_map.network_file import load_network
@@ -49,6 +50,8 @@ _LIGHT_S = {"green": (-6.0, 8.0), "red": (-8.0, 3.0)}
 _CROSSWALK_M, _BEHIND_LINE_M = 5.0, 30.0
 _SIDE_RAD, _NO_WAY = math.radians(50.0), "a road user has no way here"
 _SIDES = {"opposite": math.pi, "left": -0.5 * math.pi, "right": 0.5 * math.pi, "along": 0.0}
+# Parameters that are positive to the left, or from the left.
+_TO_THE_LEFT = ("left_m", "turned_rad", "side_wind_mps")
 _graph = lru_cache(maxsize=2)(LaneGraph)
 # Time limit: so many times the time at the speed limits, and so much more.
 _LIMIT_RATIO, _LIMIT_S = 3.0, 40.0
@@ -94,19 +97,46 @@ def place(name: str, network: Network, seed: int) -> Placement:
     if name not in table:
         fix = suggestion(name, table, f"the types are {', '.join(sorted(table))}")
         raise ValueError(f"street_scenario: unknown type '{name}'; {fix}")
-    row, draw = table[name], random.Random(f"{name} {seed}")
+    row, draw, right_hand = table[name], random.Random(f"{name} {seed}"), network.right_hand
     for _ in range(_DRAWS):
-        found = list(_sites(network, row["place"], draw))
+        found = list(_sites(right_hand, row["place"], draw))
         draw.shuffle(found)
         for site in found:
             try:
-                return _Placer(row, network, site, draw).placement()
+                placement = _Placer(row, right_hand, site, draw).placement()
+                return _mirrored(placement) if network.y_sign < 0.0 else placement
             except NoRouteError:
                 continue
     raise ValueError(
         f"street_scenario: the map {network.name} has no place for {name}; "
         "choose another type or map, such as map:=town"
     )
+
+
+def _mirrored(placed: Placement) -> Placement:
+    """Return the mirror image of a type on streets with traffic on the right."""
+    flip = np.array([1.0, -1.0])
+    # Vehicles of a flow share their way.
+    paths_m = {id(one.path_m): one.path_m * flip for one in placed.actors}
+    return replace(
+        placed,
+        start=(placed.start[0], -placed.start[1]),
+        goals=[(x, -y) for x, y in placed.goals],
+        mission_m=placed.mission_m * flip,
+        event_m=(placed.event_m[0], -placed.event_m[1]),
+        actors=tuple(
+            replace(negated(one, "turned_rad"), path_m=paths_m[id(one.path_m)])
+            for one in placed.actors
+        ),
+        parameters={name: _mirrored_value(name, one) for name, one in placed.parameters.items()},
+    )
+
+
+def _mirrored_value(name: str, value: Any) -> Any:
+    """Return a parameter of config/sim.yaml in the mirror."""
+    if isinstance(value, dict):
+        return {key: _mirrored_value(key, one) for key, one in value.items()}
+    return -value if name in _TO_THE_LEFT else value
 
 
 def of_map(path: str, name: str, seed: int) -> Placement:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Callable, Iterator
 
+from sdc_map.mirror import negated
 from sdc_map.network import Junction, Network, edge_of
 from sdc_map.network_file import load_network
 from sdc_sim.physics.traffic_lights import TrafficLightPlan
@@ -11,7 +12,7 @@ from sdc_sim.physics.traffic_lights import TrafficLightPlan
 # By the letters of SUMO; the first of the colours is the most restrictive one.
 _COLOURS = {"G": "green", "g": "green", "y": "yellow", "u": "red", "r": "red", "s": "red"}
 _ORDER = ("red", "yellow", "off", "green")
-# Places of a pole beyond the stop line, and to the right of the road.
+# Places of a pole beyond the stop line, and beside the road.
 _AHEAD_M, _BESIDE_M, _APART_M = (4.0, 2.5, 1.0, 0.0), 0.8, 0.5
 
 
@@ -29,8 +30,12 @@ def of_map(path: str) -> list[TrafficLightPlan]:
 
 def lights_of(network: Network) -> list[TrafficLightPlan]:
     """Return the lights of a network; see `of_map`."""
-    junctions = [one for one in network.junctions.values() if one.phases]
-    return [light for one in junctions for light in _lights(network, one)]
+    right = network.right_hand
+    junctions = [one for one in right.junctions.values() if one.phases]
+    lights = [light for one in junctions for light in _lights(right, one)]
+    if network is right:
+        return lights
+    return [negated(one, "y_m", "heading_rad", "pole_right_m") for one in lights]
 
 
 def _lights(network: Network, junction: Junction) -> Iterator[TrafficLightPlan]:

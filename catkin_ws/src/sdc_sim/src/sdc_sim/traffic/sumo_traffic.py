@@ -17,8 +17,9 @@ import numpy as np
 
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.validation import DocumentError
+from sdc_map.mirror import negated
 from sdc_map.network import edge_of
-from sdc_map.network_file import network_path
+from sdc_map.network_file import load_network, network_path
 from sdc_sim.physics.collision import Rectangle
 from sdc_sim.physics.obstacles import FIRST_TRAFFIC_ID, ObstacleState
 from sdc_sim.yaml_document import config_path
@@ -82,6 +83,7 @@ class SumoTraffic:
         seed: seed of routes and behaviour
         tick_s: duration of a tick [s]
         mission_m: (N, 2) way that the car begins to drive, by which the others know where it turns
+        is_mirror: whether the map is the mirror image of SUMO's network, with traffic on the left
 
     Raises:
         DocumentError: libsumo is not installed, or SUMO refuses the network
@@ -90,10 +92,16 @@ class SumoTraffic:
     _current: SumoTraffic | None = None
 
     def __init__(
-        self, net_path: str, count: int, seed: int, tick_s: float, mission_m: np.ndarray
+        self,
+        net_path: str,
+        count: int,
+        seed: int,
+        tick_s: float,
+        mission_m: np.ndarray,
+        is_mirror: bool = False,
     ) -> None:
         self._sumo = sumo = _libsumo()
-        self._count, self._seed = count, seed
+        self._count, self._seed, self._is_mirror = count, seed, is_mirror
         self._options = ["-n", net_path, "--additional-files", config_path("traffic.add.xml")]
         self._options += ["--step-length", repr(tick_s), "--seed", str(seed % 2**31), *_OPTIONS]
         self._start()
@@ -118,6 +126,7 @@ class SumoTraffic:
         self._next_id = FIRST_TRAFFIC_ID
         self._held: AbstractSet[int] = frozenset()
         self._sumo.route.add(_EGO, self._mission)
+        ego = self._mirrored(ego)
         self._add_ego(ego)
         return self._step(ego, 0.0, False, _CLEAR_M)
 
@@ -144,7 +153,11 @@ class SumoTraffic:
             if str(number) in self._users:
                 self._domain(str(number)).setSpeed(str(number), 0.0 if number in blocked else -1.0)
         self._held = blocked
-        return self._step(ego, speed_mps, braking)
+        return self._step(self._mirrored(ego), speed_mps, braking)
+
+    def _mirrored(self, body: Any) -> Any:
+        """Return an outline or a state of the map in SUMO's network, or the other way round."""
+        return negated(body, "y_m", "yaw_rad") if self._is_mirror else body
 
     def _start(self) -> None:
         SumoTraffic._current = self
@@ -201,6 +214,7 @@ class SumoTraffic:
 
     def _edges_along(self, points_m: np.ndarray) -> Iterator[str]:
         """Return the edges along a way, in order."""
+        points_m = points_m * (1.0, -1.0 if self._is_mirror else 1.0)
         s_m = arc_lengths(points_m)
         last = ""
         for row in np.unique(s_m // _MISSION_STEP_M, return_index=True)[1]:
@@ -250,7 +264,7 @@ class SumoTraffic:
                     domain.remove(name)
                     del self._users[name]
                 else:
-                    states.append(state)
+                    states.append(self._mirrored(state))
         return states
 
     def _add_ego(self, ego: Rectangle) -> None:
@@ -360,7 +374,8 @@ class SumoTraffic:
 
 def of_map(path: str, count: int, seed: int, tick_s: float, mission_m: np.ndarray) -> SumoTraffic:
     """Return the traffic on a map; see SumoTraffic."""
-    return SumoTraffic(network_path(path), count, seed, tick_s, mission_m)
+    is_mirror = load_network(path).y_sign < 0.0
+    return SumoTraffic(network_path(path), count, seed, tick_s, mission_m, is_mirror)
 
 
 def _libsumo() -> Any:

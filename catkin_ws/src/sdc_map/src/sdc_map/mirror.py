@@ -1,0 +1,154 @@
+"""Left-hand traffic, in a mirror: the rules of the road are written for traffic on the right.
+
+A map with traffic on the left is mirrored at the x axis, read and driven by SUMO as one with
+traffic on the right, and its network is mirrored back.
+"""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from sdc_map.network import Network
+
+# Numbers of OpenDRIVE that have the other sign in a mirror, by element.
+_NEGATED = {
+    "geometry": ("y", "hdg"),
+    "arc": ("curvature",),
+    "spiral": ("curvStart", "curvEnd"),
+    "poly3": (*"abcd",),
+    "paramPoly3": ("aV", "bV", "cV", "dV"),
+    "laneOffset": (*"abcd",),
+    "border": (*"abcd",),
+    "superelevation": (*"abcd",),
+    "lane": ("id",),
+    "predecessor": ("id",),
+    "successor": ("id",),
+    "laneLink": ("from", "to"),
+    "validity": ("fromLane", "toLane"),
+    "line": ("tOffset",),
+    "signal": ("t", "hOffset"),
+    "signalReference": ("t",),
+    "positionInertial": ("y", "hdg"),
+    "positionRoad": ("t", "hOffset"),
+    "object": ("t", "hdg", "roll"),
+    "objectReference": ("t",),
+    "repeat": ("tStart", "tEnd"),
+    "cornerRoad": ("t",),
+    "cornerLocal": ("v",),
+}
+_SIDES = {"left": "right", "right": "left", "increase": "decrease", "decrease": "increase"}
+# SUMO's directions of the ways through a junction; upper case: partly to this side.
+_TURNS = str.maketrans("lrLR", "rlRL")
+# A place (x, y) in the text of a finding.
+_PLACE = re.compile(r"\((-?\d+), (-?\d+)\)")
+_FLIP = np.array([1.0, -1.0])
+
+
+def mirror_opendrive(root: ElementTree.Element) -> None:
+    """Mirror the tree of an OpenDRIVE file, and change the side of its traffic."""
+    for element in list(root.iter()):
+        for name in _NEGATED.get(element.tag, ()):
+            if name in element.attrib:
+                element.set(name, _negated(element.attrib[name]))
+        for name in ("side", "laneChange"):
+            if name in element.attrib:
+                element.set(name, _SIDES.get(element.attrib[name], element.attrib[name]))
+        if element.tag == "validity":  # from the least number to the greatest
+            ends = (element.get("toLane", ""), element.get("fromLane", ""))
+            element.attrib.update(zip(("fromLane", "toLane"), ends))
+        elif element.tag == "laneSection":
+            for part in element:
+                part.tag = _SIDES.get(part.tag, part.tag)
+                part[:] = reversed(part)
+            element[:] = reversed(element)
+        elif element.tag == "road":
+            element.set("rule", "RHT" if element.get("rule") == "LHT" else "LHT")
+
+
+def mirror_left_hand(root: ElementTree.Element) -> None:
+    """Mirror the tree of an OpenDRIVE file with traffic on the left; it gets the word `lefthand`.
+
+    Raises:
+        ValueError: it has roads of both rules
+    """
+    roads: dict[bool, str | None] = {}
+    for road in root.iter("road"):
+        roads.setdefault(road.get("rule") == "LHT", road.get("id"))
+    if len(roads) > 1:
+        text = f'road {roads[True]} has left-hand traffic (rule="LHT"), and road {roads[False]} not'
+        raise ValueError(f"{text}; give all roads one rule")
+    if True in roads:
+        mirror_opendrive(root)
+        root.set("lefthand", "true")
+
+
+def mirror_net(root: ElementTree.Element) -> bool:
+    """Mirror the tree of a network of SUMO with traffic on the left; return whether it is one."""
+    if root.attrib.pop("lefthand", "false") not in ("true", "1"):
+        return False
+    for element in root.iter():
+        for name in ("shape", "customShape", "outlineShape"):
+            if element.get(name):
+                points = (point.split(",") for point in element.attrib[name].split())
+                rows = (",".join([x, _negated(y), *z]) for x, y, *z in points)
+                element.set(name, " ".join(rows))
+        if "y" in element.attrib:
+            element.set("y", _negated(element.attrib["y"]))
+        if "dir" in element.attrib:
+            element.set("dir", element.attrib["dir"].translate(_TURNS))
+    return True
+
+
+def _negated(number: str) -> str:
+    """Return the text of a number with the other sign; that of lane 0 stays."""
+    number = number.strip()
+    if float(number) == 0.0:
+        return number
+    return number[1:] if number[0] == "-" else "-" + number.lstrip("+")
+
+
+def negated(one: Any, *names: str) -> Any:
+    """Return a dataclass or a named tuple in which these numbers have the other sign."""
+    changes = {name: -getattr(one, name) for name in names}
+    return one._replace(**changes) if hasattr(one, "_replace") else replace(one, **changes)
+
+
+def mirrored(network: Network) -> Network:
+    """Return the mirror image of a network with traffic on the right: it is on the left there."""
+    lanes = [
+        replace(
+            lane,
+            points_m=lane.points_m * _FLIP,
+            left_marking=lane.right_marking,
+            right_marking=lane.left_marking,
+            left=lane.right,
+            right=lane.left,
+        )
+        for lane in network.lanes.values()
+    ]
+    junctions = [
+        replace(
+            junction,
+            polygon_m=junction.polygon_m * _FLIP,
+            connections=tuple(
+                way._replace(direction=way.direction.translate(_TURNS))
+                for way in junction.connections
+            ),
+        )
+        for junction in network.junctions.values()
+    ]
+    areas = network.crosswalks, network.bays, network.bus_stops
+    crosswalks, bays, stops = ([one * _FLIP for one in each] for each in areas)
+    left = Network(network.name, lanes, junctions, crosswalks, bays, stops, network)
+    left.net_path = network.net_path
+    for kind, places in network.findings.places.items():
+        for place in places:
+            text = _PLACE.sub(lambda at: f"({at[1]}, {_negated(at[2])})", place.text)
+            point_m = place.point_m and (place.point_m[0], -place.point_m[1])
+            left.findings.add(kind, text, place.road, place.s_m, point_m)
+    return left
