@@ -99,11 +99,11 @@ def info(yaw, centre, size=(1.0, 3.5)):
             Message(
                 id=7,
                 transform=Message(
-                    position=Message(x=10.0, y=20.0),
+                    position=Message(x=10.0, y=20.0, z=0.0),
                     orientation=Message(x=0.0, y=0.0, z=np.sin(yaw / 2), w=np.cos(yaw / 2)),
                 ),
                 trigger_volume=Message(
-                    center=Message(x=centre[0], y=centre[1]), size=Message(x=size[0], y=size[1])
+                    center=Message(x=centre[0], y=centre[1], z=0.0), size=Message(x=size[0], y=size[1])
                 ),
             )
         ]

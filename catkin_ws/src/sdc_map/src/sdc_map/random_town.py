@@ -1,4 +1,4 @@
-"""Draw a town that nobody has seen from a seed.
+"""Draw a town that is new to every driver from a seed.
 
 SUMO's netgenerate draws where streets run: a grid, a spider's web or a random net. Here the net
 becomes a town: some streets are removed, the others get a kind (lanes and limit) along their whole
@@ -23,7 +23,7 @@ import numpy as np
 from sdc_map.sumo_programs import MapError, cached, run
 from sdc_map.yellow import lengthen_yellow
 
-# True: every fourth town drives on the left. The reading of maps does not mirror them yet.
+# Whether every fourth town drives on the left.
 LEFT_HAND = False
 _LEFT_HAND_SHARE = 0.25
 _LARGEST_SEED = 4294967295
@@ -56,7 +56,7 @@ _BOW = 0.1
 _HIGHEST_BOW_M = 30.0
 
 
-class Kind(NamedTuple):
+class StreetKind(NamedTuple):
     """A kind of street, a type of SUMO's plain XML."""
 
     name: str
@@ -70,14 +70,14 @@ class Kind(NamedTuple):
 
 # In the order of right of way.
 KINDS = (
-    Kind("lane", 1, 30, True, 0.0, 0.0, 0.0),
-    Kind("street", 1, 50, True, 150.0, 0.0, 20.0),
-    Kind("avenue", 2, 50, True, 300.0, 80.0, 40.0),
-    Kind("boulevard", 3, 60, True, 400.0, 100.0, 60.0),
-    Kind("parkway", 2, 70, True, 400.0, 140.0, 90.0),
-    Kind("road", 1, 80, False, 200.0, 180.0, 100.0),
-    Kind("highway", 2, 100, False, 300.0, 250.0, 180.0),
-    Kind("motorway", 3, 120, False, 350.0, 300.0, 280.0),
+    StreetKind("lane", 1, 30, True, 0.0, 0.0, 0.0),
+    StreetKind("street", 1, 50, True, 150.0, 0.0, 20.0),
+    StreetKind("avenue", 2, 50, True, 300.0, 80.0, 40.0),
+    StreetKind("boulevard", 3, 60, True, 400.0, 100.0, 60.0),
+    StreetKind("parkway", 2, 70, True, 400.0, 140.0, 90.0),
+    StreetKind("road", 1, 80, False, 200.0, 180.0, 100.0),
+    StreetKind("highway", 2, 100, False, 300.0, 250.0, 180.0),
+    StreetKind("motorway", 3, 120, False, 350.0, 300.0, 280.0),
 )
 # A street is of one of so many kinds, the fastest for which it is long and straight enough.
 _CHOICES = 5
@@ -92,7 +92,7 @@ class Street:
     start: str
     end: str
     points: np.ndarray = field(repr=False)  # (N,) from start to end [m]
-    kind: Kind = _STREET
+    kind: StreetKind = _STREET
 
     @property
     def length_m(self) -> float:
