@@ -20,6 +20,8 @@ IMPORTS = yaml.safe_load(Path(__file__).with_name("old_imports.yaml").read_text(
 MOVED = ("network", "network_file", "lane_graph", "mission", "opendrive_lanes")
 # Modules of sdc_map that were in sdc_package, with their names there.
 OF_CAR = {"crossings": "behaviour.crossings", "global_planner": "global_planner"}
+# Modules of sdc_map that are newer than these workspaces.
+NEWER = {"mirror"}
 LAB = "behaviour"
 
 
@@ -47,7 +49,7 @@ def give_old_names(path):
     for name, old_name in OF_CAR.items():
         old = old.replace(f"sdc_map.{name}", f"sdc_package.{old_name}")
     path.write_text(old, encoding="utf-8")
-    assert "sdc_map" not in old, path
+    assert set(re.findall(r"\bsdc_map\.(\w+)", old)) <= NEWER, path
     return old != text
 
 

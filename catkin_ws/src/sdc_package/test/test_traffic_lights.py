@@ -103,7 +103,8 @@ def info(yaw, centre, size=(1.0, 3.5)):
                     orientation=Message(x=0.0, y=0.0, z=np.sin(yaw / 2), w=np.cos(yaw / 2)),
                 ),
                 trigger_volume=Message(
-                    center=Message(x=centre[0], y=centre[1], z=0.0), size=Message(x=size[0], y=size[1])
+                    center=Message(x=centre[0], y=centre[1], z=0.0),
+                    size=Message(x=size[0], y=size[1]),
                 ),
             )
         ]
