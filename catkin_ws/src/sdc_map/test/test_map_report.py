@@ -31,6 +31,11 @@ def test_what_is_in_a_network_is_printed(tmp_path, monkeypatch, capsys):
     ]
 
 
+def test_side_of_traffic_is_printed(monkeypatch, capsys):
+    _, lines, _ = check(monkeypatch, capsys, "town_left")
+    assert "traffic: on the left" in lines
+
+
 def test_heights_and_what_is_left_out_are_printed(tmp_path, monkeypatch, capsys):
     hill = '<elevationProfile><elevation s="0" a="0" b="0.1" c="0" d="0"/></elevationProfile>'
     text = opendrive("<line/>", 80, lane(-1) + lane(-2, kind="parking"))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from test_mirror import assert_is_mirror_image
 
 from sdc_map.lane_graph import LaneGraph
 from sdc_map.mission import plan_mission
@@ -43,8 +44,8 @@ _WAYS = {
 }
 
 
-def osm(nodes=None, ways=None):
-    """Return a file of OpenStreetMap around 52 degrees north, 10 degrees east."""
+def osm(nodes=None, ways=None, middle=(52, 10)):
+    """Return a file of OpenStreetMap around a latitude and a longitude."""
 
     def element(tag, number, attributes, tags, inner=""):
         texts = "".join(f'<tag k="{key}" v="{value}"/>' for key, value in tags.items())
@@ -52,7 +53,8 @@ def osm(nodes=None, ways=None):
 
     lines = ['<osm version="0.6">']
     for number, (east, north, tags) in (nodes or _NODES).items():
-        place = f'lat="{52 + float(north) / _NORTH_M}" lon="{10 + float(east) / _EAST_M}"'
+        lat, lon = middle[0] + float(north) / _NORTH_M, middle[1] + float(east) / _EAST_M
+        place = f'lat="{lat}" lon="{lon}"'
         lines.append(element("node", number, place, tags))
     for number, (names, tags) in (ways or _WAYS).items():
         refs = "".join(f'<nd ref="{name}"/>' for name in names)
@@ -162,3 +164,62 @@ def test_streets_on_two_continents_are_one_line(tmp_path):
     ways = {100: ([1, 2], {"highway": "primary"})}
     with pytest.raises(MapError, match="farther than 100 km apart; export a smaller area"):
         load_network(write(tmp_path, osm(nodes, ways), "a.osm"))
+
+
+_STREET = {"highway": "primary", "maxspeed": "50"}
+_RING = {**_STREET, "junction": "roundabout"}
+_LEFT = {"driving_side": "left"}
+_RING_NODES = {1: (0, 20, {}), 2: (20, 0, {}), 3: (0, -20, {}), 4: (-20, 0, {}), 5: (90, 0, {})}
+_SILENT = "the file does not say"
+
+
+@pytest.mark.parametrize(
+    ("tags", "ring", "address", "middle", "is_left", "reason"),
+    [
+        ({}, {}, {}, (52, 10), False, _SILENT),
+        ({}, _STREET, {}, (52, 10), False, _SILENT),
+        (_LEFT, {}, {}, (52, 10), True, "by driving_side"),
+        ({}, {}, _LEFT, (52, 10), True, "by driving_side"),
+        ({"driving_side": "right"}, _RING, {}, (52, -1), False, "by driving_side"),
+        ({}, _RING, {"addr:country": "DE"}, (52, 10), True, "by its roundabouts"),
+        ({}, {**_RING, "oneway": "-1"}, {}, (52, -1), False, "by its roundabouts"),
+        ({}, {}, {"addr:country": "GB"}, (52, 10), True, "by the country of its addresses"),
+        ({}, {}, {"addr:country": "FR"}, (52, -1), False, "by the country of its addresses"),
+        ({}, {}, {"is_in:country": "United Kingdom"}, (52, -1), True, "by its place"),
+    ],
+)
+def test_side_of_traffic_is_found(tmp_path, tags, ring, address, middle, is_left, reason):
+    nodes = {**_RING_NODES, 6: (50, 50, address)}
+    ways = {100: ([2, 5], {**_STREET, **tags}), 101: ([1, 2, 3, 4, 1], ring)}
+    network = load_network(write(tmp_path, osm(nodes, ways, middle), "a.osm"))
+    assert (network.y_sign < 0.0, network.findings.side) == (is_left, reason)
+
+
+def test_few_streets_with_traffic_on_the_other_side_are_named(tmp_path):
+    ways = {100: ([1, 3], {**_STREET, **_LEFT}), 101: ([3, 6], _STREET), 102: ([3, 7], _STREET)}
+    network = load_network(write(tmp_path, osm(ways=ways), "a.osm"))
+    assert network.y_sign > 0.0
+    text = "ways with driving_side=left, not read (1, the first: way 100)"
+    assert [*network.findings.lines()] == [text]
+
+
+def test_streets_with_traffic_on_the_left_are_the_mirror_image_of_those_on_the_right(tmp_path):
+    networks = []
+    for side, sign, turns, placement in (
+        ("left", 1, "left|through|through;right", "right_of:1"),
+        ("right", -1, "left;through|through|right", "left_of:3"),
+    ):
+        more = {"oneway": "yes", "lanes": "3", "turn:lanes": turns, "placement": placement}
+        one_way = {**_STREET, **more, f"sidewalk:{side}": "yes"}
+        ways = {
+            100: ([1, 3], {**one_way, "driving_side": side}),
+            101: ([3, 5], {**_STREET, "lanes": "4", "driving_side": side}),
+            102: ([6, 3, 7], {**_STREET, "highway": "residential"}),
+        }
+        nodes = {name: (x, sign * float(y), {}) for name, (x, y, _) in _NODES.items()}
+        text = osm(nodes, ways, (52 * sign, 10))
+        networks.append(load_network(write(tmp_path, text, f"{side}.osm")))
+    left, right = networks
+    assert_is_mirror_image(left, right)
+    assert left.nearest(200.0, 1.6, 0.0).lane.startswith("101")
+    assert left.nearest(200.0, -1.6, np.pi).lane.startswith("-101")

@@ -21,6 +21,7 @@ class Findings:
     """Places by kind of thing, to which all readers of a file add."""
 
     places: dict[str, list[FilePlace]] = field(default_factory=dict)
+    side: str = ""  # by what of the file traffic is on its side, "" if the format says it
 
     def add(
         self,

@@ -43,7 +43,8 @@ def report_lines(network: Network) -> Iterator[str]:
         f"way lines, {len(network.crosswalks)} crosswalks"
     )
     yield f"limits: {_range([3.6 * lane.speed_limit_mps for lane in streets])} km/h"
-    yield f"traffic: on the {'left' if network.y_sign < 0.0 else 'right'}"
+    reason = f" ({network.findings.side})" if network.findings.side else ""
+    yield f"traffic: on the {'left' if network.y_sign < 0.0 else 'right'}{reason}"
     heights_m = [height_m for lane in network.driving for height_m in lane.z_m.tolist()]
     yield f"heights: {_range(heights_m, 1)} m"
     x, y, end_x, end_y = network.bounds_m

@@ -42,6 +42,9 @@ _NEGATED = {
     "cornerLocal": ("v",),
 }
 _SIDES = {"left": "right", "right": "left", "increase": "decrease", "decrease": "increase"}
+_SIDE = re.compile("left|right")
+# Where the line of a way is beside a lane of OpenStreetMap.
+_PLACEMENT = re.compile(r"(\w+_of:)(\d+)")
 # SUMO's directions of the ways through a junction; upper case: partly to this side.
 _TURNS = str.maketrans("lrLR", "rlRL")
 # A place (x, y) in the text of a finding.
@@ -85,6 +88,22 @@ def mirror_left_hand(root: ElementTree.Element) -> None:
     if True in roads:
         mirror_opendrive(root)
         root.set("lefthand", "true")
+
+
+def mirrored_tags(tags: dict[str, str]) -> dict[str, str]:
+    """Return the tags of a way of OpenStreetMap, whose lanes count from the left, in a mirror."""
+    placement = _PLACEMENT.fullmatch(tags.get("placement", ""))
+    if placement and tags.get("lanes", "").isdigit():
+        lane = int(tags["lanes"]) + 1 - int(placement[2])
+        tags = {**tags, "placement": f"{placement[1]}{lane}"}
+    return {
+        _SIDE.sub(_other_side, key): _SIDE.sub(_other_side, "|".join(value.split("|")[::-1]))
+        for key, value in tags.items()
+    }
+
+
+def _other_side(side: re.Match[str]) -> str:
+    return _SIDES[side[0]]
 
 
 def mirror_net(root: ElementTree.Element) -> bool:
@@ -145,7 +164,7 @@ def mirrored(network: Network) -> Network:
     areas = network.crosswalks, network.bays, network.bus_stops
     crosswalks, bays, stops = ([one * _FLIP for one in each] for each in areas)
     left = Network(network.name, lanes, junctions, crosswalks, bays, stops, network)
-    left.net_path = network.net_path
+    left.net_path, left.findings.side = network.net_path, network.findings.side
     for kind, places in network.findings.places.items():
         for place in places:
             text = _PLACE.sub(lambda at: f"({at[1]}, {_negated(at[2])})", place.text)

@@ -94,11 +94,11 @@ def map_source(path: str) -> MapSource:
     except ValueError as error:
         raise MapError(f"{path}: {error}") from None
     folder = _converted(path, files, options, _FIXES[tag])
-    net_path = os.path.join(folder, "map.net.xml")
+    net_path, is_left = os.path.join(folder, "map.net.xml"), "lefthand" in root.attrib
     if tag == "osm":
-        return MapSource(net_path, findings=findings)
+        return MapSource(net_path, findings=findings, is_mirror=is_left)
     crosswalks_path = os.path.join(folder, "map.poly.xml")
-    return MapSource(net_path, crosswalks_path, root, findings, "lefthand" in root.attrib)
+    return MapSource(net_path, crosswalks_path, root, findings, is_left)
 
 
 def _parsed(path: str, tag: str) -> ElementTree.Element:

@@ -12,6 +12,8 @@ from typing import Collection, Iterator, Mapping, NamedTuple
 import numpy as np
 
 from sdc_map.findings import Findings
+from sdc_map.mirror import mirrored_tags
+from sdc_map.osm_side import traffic_side
 
 # Streets for cars by the value of `highway`: lanes in a direction and limit [km/h] where the file
 # has none, and the rank that decides about right of way.
@@ -69,12 +71,16 @@ class OsmStreets(NamedTuple):
 def read_osm(root: ElementTree.Element, findings: Findings) -> OsmStreets:
     """Return the streets for cars of a file; what is left out is added to the findings.
 
+    Streets with traffic on the left are mirrored to the other side of the equator; the first
+    element of the file has the attribute `lefthand` then.
+
     Raises:
         ValueError: it has no street for cars
     """
     elements = [one for one in root if one.get("action") != "delete"]  # by the editor JOSM
     nodes = {one.get("id", ""): one for one in elements if one.tag == "node"}
-    ways = [(one, _tags(one)) for one in elements if one.tag == "way"]
+    tagged = [(one, _tags(one)) for one in elements]
+    ways = [(one, tags) for one, tags in tagged if one.tag == "way"]
     streets = [(way, tags) for way, tags in ways if _is_for_cars(tags)]
     on_streets = dict.fromkeys(name for way, _ in streets for name in _refs(way))
     places = {name: place for name, node in nodes.items() if (place := _place(node)) is not None}
@@ -84,6 +90,10 @@ def read_osm(root: ElementTree.Element, findings: Findings) -> OsmStreets:
         text = f"only {', '.join(kinds[:5])}" if kinds else "no way with the key highway"
         text = "of which the file has a valid place" if streets else text
         raise ValueError(f"has no street for cars, {text}; export an area with streets")
+    is_left, findings.side = traffic_side(tagged, streets, places)
+    if is_left:
+        root.set("lefthand", "true")
+        places = {name: place * (-1.0, 1.0) for name, place in places.items()}
     ends = [choose([places[name] for name in used], axis=0) for choose in (np.min, np.max)]
     if np.ptp(ends, axis=0).max() > _LARGEST_DEGREES:
         raise ValueError("has streets that are farther than 100 km apart; export a smaller area")
@@ -107,9 +117,9 @@ def read_osm(root: ElementTree.Element, findings: Findings) -> OsmStreets:
             findings.add(kind, f"node {name}", point_m=points_m.get(name))
     for way, tags in ways:
         point_m = next((points_m[name] for name in _refs(way) if name in points_m), None)
-        for kind in _of_way(tags):
+        for kind in _of_way(tags, "left" if is_left else "right"):
             findings.add(kind, f"way {way.get('id')}", point_m=point_m)
-    kept.extend(_written(way, tags, points_m.keys()) for way, tags in streets)
+    kept.extend(_written(way, tags, points_m.keys(), is_left) for way, tags in streets)
     relations = (one for one in elements if one.tag == "relation")
     kept.extend(one for one in relations if _tags(one).get("type") == "restriction")
     projection = "--proj=+proj=tmerc +ellps=WGS84 +units=m +lat_0={} +lon_0={}".format(*middle)
@@ -182,8 +192,8 @@ def _of_node(node: ElementTree.Element | None, has_place: bool) -> Iterator[str]
             yield f"points of streets with {key}={tags[key]}"
 
 
-def _of_way(tags: dict[str, str]) -> Iterator[str]:
-    """Yield what the map does not have of a way, or has otherwise."""
+def _of_way(tags: dict[str, str], side: str) -> Iterator[str]:
+    """Yield what the map with traffic on this side does not have of a way, or has otherwise."""
     if not _is_for_cars(tags):
         closed = ", closed to cars" if tags.get("highway") in _STREETS else ""
         closed = ", driveways" if tags.get("service") in _DRIVEWAYS else closed
@@ -195,6 +205,8 @@ def _of_way(tags: dict[str, str]) -> Iterator[str]:
         yield f"ways with highway={tags['highway']} without a limit, read as {limit_kmh} km/h"
     yield from (f"limits of the kind {one}, not read" for one in limits if _limit(one) is None)
     yield from (f"{key}={tags[key]}, not read" for key in tags if _is_wrong(key, tags[key]))
+    if tags.get("driving_side", side) != side:
+        yield f"ways with driving_side={tags['driving_side']}, not read"
     for key in ("bridge", "tunnel"):
         if tags.get(key, "no") != "no":
             yield f"ways with {key}={tags[key]}, which are flat in the map"
@@ -213,13 +225,13 @@ def _limit(value: str) -> str | None:
 
 
 def _written(
-    way: ElementTree.Element, tags: dict[str, str], places: Collection[str]
+    way: ElementTree.Element, tags: dict[str, str], places: Collection[str], is_left: bool
 ) -> ElementTree.Element:
     """Return a street with the nodes and limits that netconvert reads."""
     written = ElementTree.Element("way", id=way.get("id", ""))
     nodes = (ElementTree.Element("nd", ref=name) for name in _refs(way) if name in places)
     written.extend(nodes)
-    for key, value in tags.items():
+    for key, value in (mirrored_tags(tags) if is_left else tags).items():
         limit = _limit(value) if key in _LIMITS else value
         if limit is not None and not _is_wrong(key, value):
             ElementTree.SubElement(written, "tag", k=key, v=limit)
