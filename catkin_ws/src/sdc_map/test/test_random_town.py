@@ -1,18 +1,16 @@
 """Towns that are drawn from a seed."""
 
-import os
-import re
-
 import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
+from test_mirror import assert_is_mirror_image
 
 from sdc_map import random_town
 from sdc_map.lane_graph import LaneGraph, drawn_places
 from sdc_map.map_file import map_file, town_seeds
 from sdc_map.mission import plan_mission
-from sdc_map.network_file import MapError, load_network
+from sdc_map.network_file import MapError, load_network, network_path
 from sdc_testing.street_maps import needs_maps
 
 pytestmark = needs_maps
@@ -70,10 +68,10 @@ def test_towns_load_and_are_connected():
 
 
 def test_same_seed_draws_the_same_bytes(tmp_path, monkeypatch):
-    with open(map_file("random:3"), "rb") as file:
+    with open(map_file("random:4"), "rb") as file:
         first = file.read()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "other"))
-    with open(map_file("random", seed=3), "rb") as file:
+    with open(map_file("random", seed=4), "rb") as file:
         assert file.read() == first
     assert b"generated" not in first
 
@@ -85,36 +83,30 @@ def test_town_in_the_cache_needs_no_program(monkeypatch):
 
 
 @pytest.mark.slow(3)
-def test_left_hand_towns_are_mirrored(monkeypatch):
+def test_left_hand_towns_are_mirrored(tmp_path, monkeypatch):
     right = map_file("random:9")
-    monkeypatch.setattr(random_town, "LEFT_HAND", True)
     monkeypatch.setattr(random_town, "_LEFT_HAND_SHARE", 1.0)
-    monkeypatch.setenv("XDG_CACHE_HOME", os.path.dirname(os.path.dirname(right)) + "/left")
-    nodes = []
-    for path in (right, map_file("random:9")):
-        with open(path, encoding="utf-8") as file:
-            text = file.read()
-        assert ('lefthand="true"' in text) == bool(nodes)
-        nodes.append(
-            re.findall(r'<junction id="(n\w+)" type="\w+" x="([-.\d]+)" y="([-.\d]+)"', text)
-        )
-    assert [(name, x) for name, x, _ in nodes[0]] == [(name, x) for name, x, _ in nodes[1]]
-    assert [float(y) for *_, y in nodes[0]] == [-float(y) for *_, y in nodes[1]]
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "left"))
+    left = map_file("random:9")
+    assert_is_mirror_image(load_network(left), load_network(right))
+    assert network_path(left).startswith(str(tmp_path / "left"))
 
 
 @pytest.mark.nightly
 def test_a_hundred_towns_are_connected_without_folds_and_have_all_kinds_of_places():
-    kinds, limits_kmh, crosswalks, rings = set(), set(), 0, 0
+    kinds, limits_kmh, crosswalks, rings, sides = set(), set(), 0, 0, []
     for seed in range(100):
         network = assert_is_town(seed)
         kinds |= {one.kind for one in network.junctions.values() if len(one.connections) > 2}
         streets = [one for one in network.driving if not one.junction]
         limits_kmh |= {round(3.6 * one.speed_limit_mps) for one in streets}
         crosswalks += len(network.crosswalks)
+        sides.append(network.y_sign)
         rings += sum(one.id.startswith("r") and one.id.endswith("_0_0") for one in streets)
     assert kinds >= {"traffic_light", "priority", "priority_stop", "right_before_left"}
     assert limits_kmh == {30, 50, 60, 70, 80, 100, 120}
     assert crosswalks > 500 and rings > 20
+    assert 10 < sides.count(-1.0) < 40
 
 
 @pytest.mark.parametrize("name", ["random", "random:", "random:x", "random:1-4", "random:-1"])

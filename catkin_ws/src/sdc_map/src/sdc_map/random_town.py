@@ -23,9 +23,7 @@ import numpy as np
 from sdc_map.sumo_programs import MapError, cached, run
 from sdc_map.yellow import lengthen_yellow
 
-# Whether every fourth town drives on the left.
-LEFT_HAND = False
-_LEFT_HAND_SHARE = 0.25
+_LEFT_HAND_SHARE = 0.25  # of the towns
 _LARGEST_SEED = 4294967295
 # A change of the drawing is another version of each town.
 _VERSION = Path(__file__).read_bytes()
@@ -128,14 +126,18 @@ def _draw(seed: int, options: str, made: str, name: str) -> None:
     out = os.path.join(made, f"{name}.net.xml")
     with tempfile.TemporaryDirectory() as folder:
         arguments = ["-X", "never", "-c", shutil.copy(options, folder), "-o", out]
-        is_left = bool(random.random() < _LEFT_HAND_SHARE) and LEFT_HAND
+        is_left = random.random() < _LEFT_HAND_SHARE
         streets: list[Street] = []
         while len(_arms(streets)) < _LEAST_JUNCTIONS:
             streets = _pruned(_thinned(random, _net(random, name, folder)))
         streets = _bent(random, _with_kinds(random, streets))
-        _Plain(random, streets, is_left).write(os.path.join(folder, "town"))
-        run("netconvert", arguments + ["--lefthand"] * is_left, out, name, _FIX)
+        _Plain(random, streets).write(os.path.join(folder, "town"))
+        run("netconvert", arguments, out, name, _FIX)
     lengthen_yellow(out)  # It also leaves out the comment with the time of day.
+    if is_left:
+        right = f"{name}_right.net.xml"
+        os.rename(out, os.path.join(made, right))
+        Path(out).write_text(f'<net lefthand="true" mirrorOf="{right}"/>\n', encoding="utf-8")
 
 
 def _net(random: np.random.Generator, name: str, folder: str) -> list[Street]:
@@ -341,13 +343,10 @@ class _Plain:
     Args:
         random: draws the kinds of the junctions
         streets: the streets
-        is_left: whether the town is mirrored, for driving on the left
     """
 
-    def __init__(
-        self, random: np.random.Generator, streets: Sequence[Street], is_left: bool
-    ) -> None:
-        self._random, self._streets, self._is_left = random, list(streets), is_left
+    def __init__(self, random: np.random.Generator, streets: Sequence[Street]) -> None:
+        self._random, self._streets = random, list(streets)
         self._nodes: list[str] = []
         self._edges: list[str] = []
         self._rings: list[str] = []
@@ -364,16 +363,12 @@ class _Plain:
             self._add_edge(street, street.kind.name)
             self._add_edge(street.reversed(), street.kind.name)
 
-    def _xy(self, point: complex) -> str:
-        return f"{point.real:.3f},{-point.imag if self._is_left else point.imag:.3f}"
-
     def _add_node(self, name: str, place: complex, kind: str, radius_m: float) -> None:
-        x, _, y = self._xy(place).partition(",")
-        at = f'x="{x}" y="{y}" type="{kind}" radius="{radius_m:g}"'
+        at = f'x="{place.real:.3f}" y="{place.imag:.3f}" type="{kind}" radius="{radius_m:g}"'
         self._nodes.append(f'<node id="n{name}" {at}/>')
 
     def _add_edge(self, street: Street, kind: str, spread: str = "right") -> None:
-        shape = " ".join(map(self._xy, street.points))
+        shape = " ".join(f"{point.real:.3f},{point.imag:.3f}" for point in street.points)
         ends = f'from="n{street.start}" to="n{street.end}" type="{kind}" spreadType="{spread}"'
         self._edges.append(f'<edge id="{street.name}" {ends} shape="{shape}"/>')
 
