@@ -379,12 +379,16 @@ def _junction(net: Any, node: Any, leads: dict[str, list[str]]) -> Junction:
     ]
     # The number of a link is searched once, and not for each pair of links.
     links = [node.getLinkIndex(one) if node.hasFoes() else -1 for one in found]
+    # A stop sign is for a whole lane, also for a way from it that meets no other way.
+    stops = {one.getFromLane() for one in found if _LINES.get(one.getState()) == STOP}
     connections = []
     for connection, link in zip(found, links):
         first = node._prohibits[link][::-1] if link >= 0 else ""
         others = [i for i, one in enumerate(links) if 0 <= one < len(first) and first[one] == "1"]
         light = connection.getTLLinkIndex() if connection.getTLSID() else -1
-        line = STOP if light >= 0 else _LINES.get(connection.getState(), "")
+        line = _LINES.get(connection.getState(), "")
+        if light >= 0 or connection.getFromLane() in stops:
+            line = STOP
         if len(found) < 2:
             line = ""
         connections.append(
