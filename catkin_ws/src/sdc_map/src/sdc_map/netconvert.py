@@ -30,7 +30,9 @@ _OPENDRIVE = (
 _OSM = (
     *("--osm-files=../map.osm", "--type-files=../types.xml"),
     *("--geometry.remove", "--ramps.guess", "--junctions.join", "--xml-validation", "never"),
-    *("--tls.join", "--osm.sidewalks", "--osm.turn-lanes", "--osm.lane-access"),
+    *("--osm.sidewalks", "--osm.turn-lanes", "--osm.lane-access"),
+    # Joined lights have many phases: with the usual 31 s for each, a car would wait for minutes.
+    *("--tls.join", "--tls.green.time", "10"),
     # Streets in towns have sidewalks: those with a limit from 21 to 60 km/h.
     *("--sidewalks.guess", "--sidewalks.guess.max-speed", "17", "--crossings.guess"),
 )
