@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import Counter
-from typing import Iterable, Iterator
+from typing import Any, Iterable, Iterator
 
 import numpy as np
 
@@ -87,7 +87,9 @@ def draw(network: Network, path: str) -> None:
             if (lane.kind == DRIVING) == are_for_cars
         ]
         limits = [3.6 * lane.speed_limit_mps for lane in lanes] if are_for_cars else None
-        style = {"array": limits, "cmap": "viridis"} if limits else {"color": "#c8c8c8"}
+        style: dict[str, Any] = (
+            {"array": limits, "cmap": "viridis"} if limits else {"color": "#c8c8c8"}
+        )
         found = axes.add_collection(PolyCollection(areas, zorder=1 + are_for_cars, **style))
         if are_for_cars:
             figure.colorbar(found, label="limit [km/h]", shrink=0.5)
