@@ -18,7 +18,10 @@ _DRIVE_BELOW = ", ".join(
     f"{{kind: car, path: [[1.75, {y}.0], [1.75, 90.0]], speed_mps: 8.0}}"
     for y in range(-110, -30, 6)
 )
-_OVER, _UNDER = ((-75.0, -1.75), (90.0, -1.75)), ((-1.75, 60.0), (-1.75, -90.0))
+# Start and goal of the way over the bridge [m].
+_OVER = ((-75.0, -1.75), (90.0, -1.75))
+# Start and goal of the way below it [m].
+_UNDER = ((-1.75, 60.0), (-1.75, -90.0))
 
 
 @pytest.fixture(scope="module", name="path")

@@ -135,11 +135,11 @@ def test_drive_in_the_sandbox_repeats_bit_for_bit(honest):
     assert honest["late"] == []
 
 
-def test_late_driver_is_worse_and_its_replay_is_equal(honest):
+def test_late_driver_drives_differently_and_its_replay_is_equal(honest):
     busy = "sum(range(12_000_000)) if self.count % 23 == 0 else None"
     with DriverServer(HONEST.format(busy)) as server:
         late = drive_seed(server, "control", "1")
-    assert late["late"] and late["points"]["error_rms_m"] < honest["points"]["error_rms_m"]
+    assert late["late"] and late["trace_sha256"] != honest["trace_sha256"]
     with DriverServer(HONEST.format("")) as server:
         again = drive_seed(server, "control", "1", late["late"])
     assert (again["score"], again["trace_sha256"]) == (late["score"], late["trace_sha256"])

@@ -15,7 +15,10 @@ from sdc_map.network_file import load_network, network_path
 from sdc_testing.street_maps import bridge, needs_maps
 
 pytestmark = needs_maps
-EAST, NORTH, WEST = 0.0, 0.5 * math.pi, math.pi
+# Directions [rad].
+EAST = 0.0
+NORTH = 0.5 * math.pi
+WEST = math.pi
 
 
 @pytest.fixture(scope="module", name="path")

@@ -12,8 +12,10 @@ from sdc_testing.street_maps import needs_maps, write
 
 pytestmark = needs_maps
 
-# A degree of latitude at 52 degrees, and of longitude [m].
-_NORTH_M, _EAST_M = 111_267.0, 68_678.0
+# Length of a degree of latitude at 52 degrees north [m].
+_NORTH_M = 111_267.0
+# Length of a degree of longitude there [m].
+_EAST_M = 68_678.0
 _LIGHT = {"highway": "traffic_signals"}
 # Nodes by their ids: place to the east and north [m] and tags. Main Street is 600 m long from west
 # to east; Side Street crosses it at (0, 0), with lights 15 m before the crossing on Main Street.

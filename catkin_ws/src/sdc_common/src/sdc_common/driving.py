@@ -15,9 +15,11 @@ from typing import Any, Mapping, Sequence, Tuple
 import numpy as np
 
 _THREE_FLOAT32 = struct.Struct("<fff")
-# What is higher or lower than this is on another level, such as below a bridge [m]; a road between
-# two places rises by at most the second one for each metre.
-_LEVEL_M, _STEEPEST = 2.5, 0.08
+# What is higher or lower than this is on another level, such as below a bridge, where a car has
+# room between both roads [m].
+_LEVEL_M = 2.5
+# A road between two places rises by at most this much for each metre.
+_STEEPEST = 0.08
 
 # x [m], y [m], target speed [m/s]
 PathPoint = Tuple[float, float, float]

@@ -85,7 +85,7 @@ def _end(road: ElementTree.Element, contact: str, name: str) -> _End | None:
     side, sign = ("right", -1.0) if int(name) < 0 else ("left", 1.0)
     inner_m = piecewise_cubic(road.findall("lanes/laneOffset"), "s", s)[0]
     lanes = section.findall(side + "/lane")
-    for lane in sorted(lanes, key=lambda one: abs(int(one.attrib["id"]))):
+    for lane in sorted(lanes, key=lambda lane: abs(int(lane.attrib["id"]))):
         at = s - float(section.attrib["s"])
         width_m = float(piecewise_cubic(lane.findall("width"), "sOffset", at)[0])
         if lane.attrib["id"] == name:

@@ -124,7 +124,7 @@ def without_bends(lanes: Sequence[RoadLane]) -> tuple[list[RoadLane], list[str]]
     """
     known = {lane.id: lane for lane in lanes if lane.kind == DRIVING}
     refused, texts = set(), []
-    for lane in (one for one in known.values() if not one.junction):
+    for lane in (lane for lane in known.values() if not lane.junction):
         for s_m in drivable_line(lane.points_m, ()).lost_m:
             x, y = lane.at(np.array([s_m]))[0]
             texts.append(f"{lane.id} at ({x:.0f}, {y:.0f})")
@@ -137,8 +137,10 @@ def without_bends(lanes: Sequence[RoadLane]) -> tuple[list[RoadLane], list[str]]
     return [
         replace(
             lane,
-            successors=tuple(one for one in lane.successors if (lane.id, one) not in refused),
-            predecessors=tuple(one for one in lane.predecessors if (one, lane.id) not in refused),
+            successors=tuple(name for name in lane.successors if (lane.id, name) not in refused),
+            predecessors=tuple(
+                name for name in lane.predecessors if (name, lane.id) not in refused
+            ),
         )
         if refused
         else lane
@@ -147,7 +149,7 @@ def without_bends(lanes: Sequence[RoadLane]) -> tuple[list[RoadLane], list[str]]
 
 
 def _through(lanes: Mapping[str, RoadLane], name: str) -> Iterator[RoadLane]:
-    """Return the lanes from one in a junction to the first behind the junction."""
+    """Return the lanes from a lane in a junction to the first lane behind the junction."""
     while name in lanes:
         yield lanes[name]
         name = lanes[name].successors[0] if lanes[name].junction and lanes[name].successors else ""
@@ -158,9 +160,9 @@ def _is_drivable(lanes: Mapping[str, RoadLane], lane: RoadLane, through: list[Ro
     for before in _around(lanes, lane, "predecessors", _AROUND_M):
         for behind in _around(lanes, through[-1], "successors", _AROUND_M):
             way = [*before[::-1], *through[:-1], *behind]
-            points = np.vstack([one.points_m for one in way])
+            points = np.vstack([part.points_m for part in way])
             s = arc_lengths(points)
-            firsts = np.cumsum([len(one.points_m) for one in way[:-1]])
+            firsts = np.cumsum([len(part.points_m) for part in way[:-1]])
             first = len(before) - 1
             begin, end = s[firsts[first] - 1], s[firsts[first + len(through) - 1]]
             line = drivable_line(points, s[[*firsts, *(firsts - 1)]])

@@ -32,11 +32,13 @@ def report_lines(network: Network) -> Iterator[str]:
         f"{network.name}: {len(network.driving)} lanes for cars, {length_km:.1f} km; "
         f"{sidewalks} sidewalks, {len(outside) - len(streets) - sidewalks} other lanes"
     )
-    junctions = [one for one in network.junctions.values() if len(one.connections) > 2]
-    types = Counter(one.kind for one in junctions).most_common()
+    junctions = [
+        junction for junction in network.junctions.values() if len(junction.connections) > 2
+    ]
+    types = Counter(junction.kind for junction in junctions).most_common()
     names = ", ".join(f"{number} {kind}" for kind, number in types)
     yield f"junctions: {len(junctions)}" + (f" ({names})" if names else "")
-    lights = [one for one in network.junctions.values() if one.phases]
+    lights = [junction for junction in network.junctions.values() if junction.phases]
     lines = Counter(kind for _, kind in network.stop_lines)
     yield (
         f"junctions with lights: {len(lights)}; {lines['stop']} stop lines, {lines['yield']} give "
@@ -97,13 +99,13 @@ def draw(network: Network, path: str) -> None:
     painted = [line.points_m for line in network.lines()]
     axes.add_collection(LineCollection(painted, color="white", linewidth=0.5, zorder=4))
     for kind, colour in (("stop", "#d1341f"), ("yield", "#ff8c00")):
-        lines = [points for points, one in network.stop_lines if one == kind]
+        lines = [points for points, its_kind in network.stop_lines if its_kind == kind]
         axes.add_collection(LineCollection(lines, color=colour, linewidth=2, zorder=5))
     lights = [
-        network.lanes[one.start].points_m[-1]
+        network.lanes[way.start].points_m[-1]
         for junction in network.junctions.values()
-        for one in junction.connections
-        if one.signal >= 0
+        for way in junction.connections
+        if way.signal >= 0
     ]
     for points, marker, label in (
         (lights, "r.", "light"),

@@ -73,8 +73,8 @@ def mirror_opendrive(root: ElementTree.Element) -> None:
             element.set("rule", "RHT" if element.get("rule") == "LHT" else "LHT")
 
 
-def mirror_left_hand(root: ElementTree.Element) -> None:
-    """Mirror the tree of an OpenDRIVE file with traffic on the left; it gets the word `lefthand`.
+def mirror_left_hand(root: ElementTree.Element) -> bool:
+    """Mirror the tree of an OpenDRIVE file with traffic on the left; return whether it is one.
 
     Raises:
         ValueError: it has roads of both rules
@@ -87,7 +87,7 @@ def mirror_left_hand(root: ElementTree.Element) -> None:
         raise ValueError(f"{text}; give all roads one rule")
     if True in roads:
         mirror_opendrive(root)
-        root.set("lefthand", "true")
+    return True in roads
 
 
 def mirrored_tags(tags: dict[str, str]) -> dict[str, str]:
@@ -131,10 +131,10 @@ def _negated(number: str) -> str:
     return number[1:] if number[0] == "-" else "-" + number.lstrip("+")
 
 
-def negated(one: Any, *names: str) -> Any:
+def negated(row: Any, *names: str) -> Any:
     """Return a dataclass or a named tuple in which these numbers have the other sign."""
-    changes = {name: -getattr(one, name) for name in names}
-    return one._replace(**changes) if hasattr(one, "_replace") else replace(one, **changes)
+    changes = {name: -getattr(row, name) for name in names}
+    return row._replace(**changes) if hasattr(row, "_replace") else replace(row, **changes)
 
 
 def mirrored(network: Network) -> Network:
@@ -162,7 +162,7 @@ def mirrored(network: Network) -> Network:
         for junction in network.junctions.values()
     ]
     areas = network.crosswalks, network.bays, network.bus_stops
-    crosswalks, bays, stops = ([one * _FLIP for one in each] for each in areas)
+    crosswalks, bays, stops = ([area_m * _FLIP for area_m in kind] for kind in areas)
     left = Network(network.name, lanes, junctions, crosswalks, bays, stops, network)
     left.net_path, left.findings.side = network.net_path, network.findings.side
     for kind, places in network.findings.places.items():

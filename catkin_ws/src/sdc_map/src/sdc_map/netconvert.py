@@ -15,7 +15,7 @@ from sdc_map.findings import Findings
 from sdc_map.mirror import mirror_net
 from sdc_map.opendrive_file import moved_to_origin, read_opendrive
 from sdc_map.osm_file import read_osm
-from sdc_map.sumo_programs import MapError, cache_folder, cached, run
+from sdc_map.sumo_programs import MapError, cached, run
 from sdc_map.yellow import lengthen_yellow
 
 _OPTIONS = ("--no-turnarounds", "--offset.disable-normalization", "--precision", "4")
@@ -86,17 +86,17 @@ def map_source(path: str) -> MapSource:
             net_path = _moved(path, root, findings, is_left)
             return MapSource(net_path, findings=findings, is_mirror=is_left)
         if tag == "OpenDRIVE":
-            read_opendrive(root, findings)
+            is_left = read_opendrive(root, findings)
             files = {"map.xodr": ElementTree.tostring(root)}
         else:
-            content, types, projection = read_osm(root, findings)
+            content, types, projection, is_left = read_osm(root, findings)
             files, options = {"map.osm": content, "types.xml": types}, (*_OSM, projection)
     except LookupError as error:
         raise MapError(f"{path}: lacks a part ({error!r}); {_FIXES[tag]}") from None
     except ValueError as error:
         raise MapError(f"{path}: {error}") from None
     folder = _converted(path, files, options, _FIXES[tag])
-    net_path, is_left = os.path.join(folder, "map.net.xml"), "lefthand" in root.attrib
+    net_path = os.path.join(folder, "map.net.xml")
     if tag == "osm":
         return MapSource(net_path, findings=findings, is_mirror=is_left)
     crosswalks_path = os.path.join(folder, "map.poly.xml")
@@ -132,15 +132,15 @@ def _parsed(path: str, tag: str) -> ElementTree.Element:
 
 def _moved(path: str, root: ElementTree.Element, findings: Findings, is_changed: bool) -> str:
     """Return the path of a network of SUMO, or of a copy that is changed or moved to the origin."""
-    nodes = [one for one in root.iter("junction") if one.get("x")]
-    places = np.array([[float(one.get(axis, "nan")) for axis in "xy"] for one in nodes])
+    nodes = [node for node in root.iter("junction") if node.get("x")]
+    places = np.array([[float(node.get(axis, "nan")) for axis in "xy"] for node in nodes])
     first = f"junction {nodes[0].get('id')}" if nodes else ""
     moved = moved_to_origin(places.reshape(-1, 2), findings, first)
     if not (findings.places or is_changed):
         return path
     x_m, y_m = places[0] - moved[0]
-    for one, place in zip(nodes, moved.tolist()):
-        one.attrib.update(zip("xy", map(repr, place)))
+    for node, place in zip(nodes, moved.tolist()):
+        node.attrib.update(zip("xy", map(repr, place)))
     for element in root.iter():
         for key in (name for name in element.attrib if name.lower().endswith("shape")):
             points = [point.split(",") for point in element.attrib[key].split()]
@@ -149,13 +149,12 @@ def _moved(path: str, root: ElementTree.Element, findings: Findings, is_changed:
                 for x, y, *z in points
             )
     content = _PROJECTION.sub(b'projParameter="!"', ElementTree.tostring(root), count=1)
-    folder = cache_folder(content)
-    os.makedirs(folder, exist_ok=True)
-    net_path = os.path.join(folder, "map.net.xml")
-    with open(f"{net_path}.{os.getpid()}", "wb") as file:
-        file.write(content)
-    os.replace(file.name, net_path)
-    return net_path
+
+    def make(made: str) -> None:
+        with open(os.path.join(made, "map.net.xml"), "wb") as file:
+            file.write(content)
+
+    return os.path.join(cached(content, make), "map.net.xml")
 
 
 def _converted(path: str, files: dict[str, bytes], options: tuple[str, ...], fix: str) -> str:

@@ -38,12 +38,14 @@ FARTHEST_M = 100_000.0
 _SAME_PLACE_M = 1.0
 
 
-def read_opendrive(root: ElementTree.Element, findings: Findings) -> None:
+def read_opendrive(root: ElementTree.Element, findings: Findings) -> bool:
     """Bring the tree of a file into the form that netconvert reads; add what is left out.
 
     Each lane has its speed limits, those of the road, too, and a width instead of a border. The
-    projection and the offset are left out: positions are those of the file, as CARLA uses them. A
-    file with traffic on the left is mirrored; its first element has the attribute `lefthand` then.
+    projection and the offset are left out: positions are those of the file, as CARLA uses them.
+
+    Returns:
+        whether traffic is on the left in the file: then the tree is mirrored
 
     Raises:
         LookupError, ValueError: it is not valid OpenDRIVE
@@ -63,8 +65,9 @@ def read_opendrive(root: ElementTree.Element, findings: Findings) -> None:
         except (LookupError, ValueError) as error:
             reason = f"an element lacks {error}" if isinstance(error, LookupError) else error
             raise ValueError(f"road {road.get('id')}: {reason}; correct it there") from None
-    mirror_left_hand(root)
+    is_left = mirror_left_hand(root)
     write_connecting_roads(root, findings)
+    return is_left
 
 
 def _read_road(road: ElementTree.Element, findings: Findings) -> None:

@@ -66,6 +66,7 @@ class OsmStreets(NamedTuple):
     content: bytes  # the streets in XML of OpenStreetMap
     types: bytes  # their types in XML of SUMO
     projection: str  # option that gives x and y around the middle of the streets
+    is_left: bool  # whether traffic is on the left in the file: then the streets are mirrored
 
 
 def read_osm(root: ElementTree.Element, findings: Findings) -> OsmStreets:
@@ -77,10 +78,12 @@ def read_osm(root: ElementTree.Element, findings: Findings) -> OsmStreets:
     Raises:
         ValueError: it has no street for cars
     """
-    elements = [one for one in root if one.get("action") != "delete"]  # by the editor JOSM
-    nodes = {one.get("id", ""): one for one in elements if one.tag == "node"}
-    tagged = [(one, _tags(one)) for one in elements]
-    ways = [(one, tags) for one, tags in tagged if one.tag == "way"]
+    elements = [
+        element for element in root if element.get("action") != "delete"
+    ]  # by the editor JOSM
+    nodes = {element.get("id", ""): element for element in elements if element.tag == "node"}
+    tagged = [(element, _tags(element)) for element in elements]
+    ways = [(element, tags) for element, tags in tagged if element.tag == "way"]
     streets = [(way, tags) for way, tags in ways if _is_for_cars(tags)]
     on_streets = dict.fromkeys(name for way, _ in streets for name in _refs(way))
     places = {name: place for name, node in nodes.items() if (place := _place(node)) is not None}
@@ -92,7 +95,6 @@ def read_osm(root: ElementTree.Element, findings: Findings) -> OsmStreets:
         raise ValueError(f"has no street for cars, {text}; export an area with streets")
     is_left, findings.side = traffic_side(tagged, streets, places)
     if is_left:
-        root.set("lefthand", "true")
         places = {name: place * (-1.0, 1.0) for name, place in places.items()}
     ends = [choose([places[name] for name in used], axis=0) for choose in (np.min, np.max)]
     if np.ptp(ends, axis=0).max() > _LARGEST_DEGREES:
@@ -120,10 +122,14 @@ def read_osm(root: ElementTree.Element, findings: Findings) -> OsmStreets:
         for kind in _of_way(tags, "left" if is_left else "right"):
             findings.add(kind, f"way {way.get('id')}", point_m=point_m)
     kept.extend(_written(way, tags, points_m.keys(), is_left) for way, tags in streets)
-    relations = (one for one in elements if one.tag == "relation")
-    kept.extend(one for one in relations if _tags(one).get("type") == "restriction")
+    kept.extend(
+        element
+        for element, tags in tagged
+        if element.tag == "relation" and tags.get("type") == "restriction"
+    )
     projection = "--proj=+proj=tmerc +ellps=WGS84 +units=m +lat_0={} +lon_0={}".format(*middle)
-    return OsmStreets(ElementTree.tostring(kept), ElementTree.tostring(_types()), projection)
+    content, types = ElementTree.tostring(kept), ElementTree.tostring(_types())
+    return OsmStreets(content, types, projection, is_left)
 
 
 def _tags(element: ElementTree.Element) -> dict[str, str]:
@@ -158,10 +164,10 @@ def _lights(
     beside: dict[str, set[str]] = defaultdict(set)
     for way, tags in streets:
         names = [name for name in _refs(way) if name in points_m]
-        for one, other in zip(names, names[1:]) if tags["highway"] != "service" else ():
-            beside[one].add(other)
-            beside[other].add(one)
-    signals = (one for one in beside if _tags(nodes[one]).get("highway") == "traffic_signals")
+        for name, other in zip(names, names[1:]) if tags["highway"] != "service" else ():
+            beside[name].add(other)
+            beside[other].add(name)
+    signals = (name for name in beside if _tags(nodes[name]).get("highway") == "traffic_signals")
     return {name: _crossing(name, beside, points_m) for name in signals}
 
 
@@ -203,7 +209,9 @@ def _of_way(tags: dict[str, str], side: str) -> Iterator[str]:
     if not limits:
         limit_kmh = _STREETS[tags["highway"]][1]
         yield f"ways with highway={tags['highway']} without a limit, read as {limit_kmh} km/h"
-    yield from (f"limits of the kind {one}, not read" for one in limits if _limit(one) is None)
+    yield from (
+        f"limits of the kind {value}, not read" for value in limits if _limit(value) is None
+    )
     yield from (f"{key}={tags[key]}, not read" for key in tags if _is_wrong(key, tags[key]))
     if tags.get("driving_side", side) != side:
         yield f"ways with driving_side={tags['driving_side']}, not read"

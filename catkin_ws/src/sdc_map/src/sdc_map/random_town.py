@@ -156,7 +156,9 @@ def _net(random: np.random.Generator, name: str, folder: str) -> list[Street]:
     more = (f"{block_m:.2f}", "--seed", str(random.integers(2**31)), "-p", prefix)
     run("netgenerate", kind + more, prefix + ".nod.xml", name, _FIX)
     nodes = ElementTree.parse(prefix + ".nod.xml").iter("node")
-    ids = {one.get("id", ""): complex(*(float(one.get(axis, 0)) for axis in "xy")) for one in nodes}
+    ids = {
+        node.get("id", ""): complex(*(float(node.get(axis, 0)) for axis in "xy")) for node in nodes
+    }
     plan = np.array(list(ids.values()))
     plan -= 0.5 * (plan.real.max() + plan.real.min() + 1j * (plan.imag.max() + plan.imag.min()))
     # Blocks are longer outside.
@@ -165,7 +167,7 @@ def _net(random: np.random.Generator, name: str, folder: str) -> list[Street]:
     plan = (plan + shift[0] + 1j * shift[1]) * np.exp(1j * random.uniform(0.0, np.pi))
     points = dict(zip(ids, plan))
     edges = ElementTree.parse(prefix + ".edg.xml").iter("edge")
-    pairs = sorted({tuple(sorted((one.get("from", ""), one.get("to", "")))) for one in edges})
+    pairs = sorted({tuple(sorted((edge.get("from", ""), edge.get("to", "")))) for edge in edges})
     return [
         Street(f"s{number}", a, b, np.array([points[a], points[b]]))
         for number, (a, b) in enumerate(pairs)
@@ -184,16 +186,16 @@ def _arms(streets: Sequence[Street]) -> dict[str, list[Street]]:
     """Return the streets at each junction, each from there, by direction."""
     arms: dict[str, list[Street]] = {}
     for street in streets:
-        for one in (street, street.reversed()):
-            arms.setdefault(one.start, []).append(one)
+        for arm in (street, street.reversed()):
+            arms.setdefault(arm.start, []).append(arm)
     for around in arms.values():
-        around.sort(key=lambda one: float(np.angle(one.points[1] - one.points[0])))
+        around.sort(key=lambda arm: float(np.angle(arm.points[1] - arm.points[0])))
     return arms
 
 
 def _gaps_rad(around: Sequence[Street]) -> np.ndarray:
     """Return the angle from each street at a junction to the next one [rad]."""
-    turns = np.array([one.points[1] - one.points[0] for one in around])
+    turns = np.array([arm.points[1] - arm.points[0] for arm in around])
     gaps = np.angle(np.roll(turns, -1) / turns) % (2.0 * np.pi)
     return gaps if len(gaps) > 1 else np.array([2.0 * np.pi])
 
@@ -227,9 +229,9 @@ def _thinned(random: np.random.Generator, streets: Sequence[Street]) -> list[Str
     for number in random.permutation(len(streets)):
         street = streets[number]
         ends = {street.start, street.end}
-        arms = _arms([street, *(one for one in kept if ends & {one.start, one.end})])
+        arms = _arms([street, *(other for other in kept if ends & {other.start, other.end})])
         sharp = min(_gaps_rad(arms[place]).min() for place in ends)
-        if sharp > _LEAST_RAD and all(_is_apart(street, one) for one in kept):
+        if sharp > _LEAST_RAD and all(_is_apart(street, other) for other in kept):
             kept.append(street)
     share = random.uniform(0.0, 0.3)
     for street in kept[: int(share * len(kept))]:
@@ -246,12 +248,12 @@ def _pruned(streets: list[Street]) -> list[Street]:
     """
     while True:
         arms = _arms(streets)
-        loops = [one for one in streets if one.start == one.end]
+        loops = [street for street in streets if street.start == street.end]
         ends = [around for around in arms.values() if len(around) < 3]
         if not (loops or ends):
             return streets
-        for one in loops[:1] or ends[0]:
-            streets = [street for street in streets if not _is_same(street, one)]
+        for removed in loops[:1] or ends[0]:
+            streets = [street for street in streets if not _is_same(street, removed)]
         if not loops and len(ends[0]) == 2:
             before, after = ends[0][0].reversed(), ends[0][1]
             points = np.append(before.points, after.points[1:])
@@ -285,11 +287,11 @@ def _least_radius_m(points: np.ndarray) -> float:
 
 def _with_kinds(random: np.random.Generator, streets: Sequence[Street]) -> list[Street]:
     """Return rounded streets, each with a kind, which is the same where it goes on at junctions."""
-    rounded = [replace(one, points=_rounded(one.points)) for one in streets]
+    rounded = [replace(street, points=_rounded(street.points)) for street in streets]
     whole = list(range(len(rounded)))  # the number of the whole street of each
     turns = [0.0] * len(rounded)  # the greatest turn of each at its ends [rad]
-    for place in sorted({name for one in rounded for name in (one.start, one.end)}):
-        own = [number for number, one in enumerate(rounded) if place in (one.start, one.end)]
+    for place in sorted({name for street in rounded for name in (street.start, street.end)}):
+        own = [n for n, street in enumerate(rounded) if place in (street.start, street.end)]
         ways = [_from(rounded[number], place).points for number in own]
         pairs = [
             (abs(float(np.angle((way[1] - way[0]) / (back[0] - back[1])))), own[i], own[j])
@@ -332,7 +334,7 @@ def _bent(random: np.random.Generator, streets: list[Street]) -> list[Street]:
         offsets = height_m * np.sin(t) ** 2 * np.cos(winds * t)
         bent = replace(street, points=street.points + offsets * normals / np.abs(normals))
         is_smooth = _least_radius_m(bent.points) > max(street.kind.radius_m, _LEAST_RADIUS_M)
-        if is_smooth and all(_is_apart(bent, one) for one in streets if one is not street):
+        if is_smooth and all(_is_apart(bent, other) for other in streets if other is not street):
             streets[index] = bent
     return streets
 
@@ -375,22 +377,22 @@ class _Plain:
     def _add_crossings(self, place: str, around: Sequence[Street], kind: str) -> None:
         has_lights = kind == "traffic_light"
         more = "" if has_lights else ' priority="true"'
-        for one in around:
-            is_slow = one.kind.limit_kmh <= _STREET.limit_kmh
+        for arm in around:
+            is_slow = arm.kind.limit_kmh <= _STREET.limit_kmh
             is_drawn = self._random.random() < _CROSSED_SHARE
-            if one.kind.sidewalk and (has_lights or is_slow and is_drawn):
-                edges = f"{one.name} {one.reversed().name}"
+            if arm.kind.sidewalk and (has_lights or is_slow and is_drawn):
+                edges = f"{arm.name} {arm.reversed().name}"
                 self._crossings.append(f'<crossing node="n{place}" edges="{edges}"{more}/>')
 
     def _add_ring(self, place: str, around: Sequence[Street]) -> None:
         """Replace a junction by a ring at which its streets end."""
         centre, entries = around[0].points[0], []
-        for number, one in enumerate(around):
-            outside = one.points[np.argmax(np.abs(one.points - centre) > _RING_M) :]
+        for number, arm in enumerate(around):
+            outside = arm.points[np.argmax(np.abs(arm.points - centre) > _RING_M) :]
             entries.append(centre + _RING_M * (outside[0] - centre) / abs(outside[0] - centre))
             points = np.append(entries[-1], outside[1:])
-            cut = replace(one, start=f"{place}_{number}", points=points)
-            self._streets = [cut if _is_same(each, one) else each for each in self._streets]
+            cut = replace(arm, start=f"{place}_{number}", points=points)
+            self._streets = [cut if _is_same(street, arm) else street for street in self._streets]
             self._add_node(cut.start, entries[-1], "priority", _ENTRY_M)
         for number, entry in enumerate(entries):
             following = (number + 1) % len(entries)
@@ -427,9 +429,9 @@ class _Plain:
 
 def _junction(random: np.random.Generator, around: Sequence[Street]) -> str:
     """Return the kind of a junction: a type of SUMO, or "roundabout"."""
-    ranks = sorted(KINDS.index(one.kind) for one in around)
-    fastest_kmh = max(one.kind.limit_kmh for one in around)
-    most_lanes = max(one.kind.lanes for one in around)
+    ranks = sorted(KINDS.index(arm.kind) for arm in around)
+    fastest_kmh = max(arm.kind.limit_kmh for arm in around)
+    most_lanes = max(arm.kind.lanes for arm in around)
     draw, other = random.random(2)
     has_room = _gaps_rad(around).min() > _ROUNDABOUT_RAD
     if has_room and most_lanes == 1 and fastest_kmh <= _STREET.limit_kmh and draw < 0.35:

@@ -12,7 +12,7 @@ from sdc_common.geometry.road_line import arc_lengths
 
 def cubics(pieces: list[ElementTree.Element], key: str) -> np.ndarray:
     """Return start and coefficients (N, 5) of the pieces of a piecewise cubic."""
-    rows = [[float(one.attrib[name]) for name in (key, *"abcd")] for one in pieces]
+    rows = [[float(piece.attrib[name]) for name in (key, *"abcd")] for piece in pieces]
     return np.array(rows).reshape(-1, 5)
 
 
@@ -29,7 +29,7 @@ def piecewise_cubic(pieces: list[ElementTree.Element], key: str, s: np.ndarray) 
 def reference_line(road: ElementTree.Element, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return points (N, 2) and headings (N,) of the reference line at arc lengths (N,)."""
     pieces = road.findall("planView/geometry")
-    starts = np.array([float(one.attrib["s"]) for one in pieces])
+    starts = np.array([float(piece.attrib["s"]) for piece in pieces])
     of = np.maximum(np.searchsorted(starts, s + 1e-9) - 1, 0)
     place, heading = np.zeros(len(s), complex), np.zeros(len(s))
     for number in np.unique(of):

@@ -79,11 +79,6 @@ def maps_folder() -> str:
     return os.path.join(root, "sdc_maps")
 
 
-def cache_folder(content: bytes) -> str:
-    """Return the folder of the cache for a content."""
-    return os.path.join(maps_folder(), hashlib.sha256(content).hexdigest()[:32])
-
-
 def cached(source: bytes, make: Callable[[str], None]) -> str:
     """Return the folder of the cache with what is made of a source; make it if it is not there.
 
@@ -91,7 +86,8 @@ def cached(source: bytes, make: Callable[[str], None]) -> str:
         source: all that the result depends on, besides the version of SUMO
         make: writes the files into the folder that it gets; what is beside it is not kept
     """
-    folder = cache_folder(f"{VERSION}\n".encode() + source)
+    key = hashlib.sha256(f"{VERSION}\n".encode() + source).hexdigest()[:32]
+    folder = os.path.join(maps_folder(), key)
     if os.path.isdir(folder):
         return folder
     os.makedirs(os.path.dirname(folder), exist_ok=True)

@@ -77,7 +77,7 @@ def _table(rows: list[tuple[int, list[str]]], lines: Sequence[str]) -> Table:
                 )
             return Table(rows[1:], first, *columns)
         for row in above:
-            for names in (_fields(lines[row - 1].lstrip("#% "), one) for one in _DELIMITERS):
+            for names in (_fields(lines[row - 1].lstrip("#% "), mark) for mark in _DELIMITERS):
                 # With half as many names as columns, each number has a decimal comma.
                 if len(names) in (len(first), len(first) / 2) and (columns := _columns(names)):
                     return Table(rows, names, *columns)
@@ -93,7 +93,7 @@ def _delimiter(lines: Sequence[str]) -> str | None:
             fields = _fields(line, delimiter)
             if len(fields) > 1 and all(map(is_number, fields[:2])):
                 return delimiter
-    return next((one for one in _DELIMITERS if one and one in lines[0]), None)
+    return next((mark for mark in _DELIMITERS if mark and mark in lines[0]), None)
 
 
 def _fields(line: str, delimiter: str | None) -> list[str]:
@@ -147,7 +147,11 @@ def _kind(name: str) -> str:
 def check_count(fields: Sequence[str], table: Table) -> None:
     """Raise ValueError for a row with other columns, as of numbers with thousands separators."""
     if table.names:
-        count, least, most = max(i for i, one in enumerate(fields, 1) if one), 0, len(table.names)
+        count, least, most = (
+            max(n for n, field in enumerate(fields, 1) if field),
+            0,
+            len(table.names),
+        )
     else:
         count = sum(map(is_number, fields))
         least = most = sum(map(is_number, table.rows[0][1]))

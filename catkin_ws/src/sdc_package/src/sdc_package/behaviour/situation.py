@@ -16,9 +16,12 @@ AMBULANCE, PEDESTRIAN, OBSTACLE, BICYCLE = "ambulance", "pedestrian", "obstacle"
 AT_REST_MPS = 0.5
 # The stretch of the route that is looked at, and where fast ones come from behind [m].
 _BACK_M, _AHEAD_M, _SIDE_M, _FAST_M = 70.0, 300.0, 8.0, 150.0
-# A road user in the way ahead of the car so near may be passed [m]. The route is looked at so far
-# ahead for changes of lanes [m]. Both are at least what the car drives in this time [s].
-_LOOK_M, _CHANGE_AHEAD_M, _AHEAD_S = 70.0, 60.0, 5.0
+# A road user in the way ahead of the car that is nearer may be passed [m].
+_LOOK_M = 70.0
+# Length of the route ahead of the car in which changes of lanes are looked for [m].
+_CHANGE_AHEAD_M = 60.0
+# Both distances are at least what the car drives in this time [s].
+_AHEAD_S = 5.0
 # It is slow below this share of the speed without it. So many decisions count before the car
 # passes an object, one at rest, one that moves, and one that it has seen moving and may drive on.
 _SLOW, _OBJECT, _AT_REST, _MOVES, _STOPPED = 0.6, 1, 4, 12, 32

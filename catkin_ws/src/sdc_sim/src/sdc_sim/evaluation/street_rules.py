@@ -38,8 +38,10 @@ _TOLERANCE_MPS = 1.0
 # So long lasts what counts as wrong lane, speeding, and standing in a junction [s].
 _LASTS_S = {WRONG_LANE: 1.0, SPEEDING: 1.0, BLOCKING: 5.0, YIELD_EMERGENCY: EMERGENCY_LASTS_S}
 _CAR_WIDTH_M = 1.9
-# One that the car passes is so far ahead of it, and so far towards the edge of the road [m].
-_PASSED_M, _BESIDE_M = (-40.0, 60.0), (-2.0, 12.0)
+# Least and greatest distance ahead of the car of a road user that it passes [m].
+_PASSED_M = (-40.0, 60.0)
+# Least and greatest distance of that road user towards the edge of the road [m].
+_BESIDE_M = (-2.0, 12.0)
 _LANE_M = 2.5
 _SAME_WAY_M = 1.0  # one so near to a way that it does not cross drives along it
 # An odometry without road users at its time waits for so many later ones: where there are none,

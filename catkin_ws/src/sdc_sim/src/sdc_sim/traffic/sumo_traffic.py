@@ -19,7 +19,7 @@ from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.validation import DocumentError
 from sdc_map.mirror import negated
 from sdc_map.network import edge_of
-from sdc_map.network_file import load_network, network_path
+from sdc_map.network_file import load_network
 from sdc_sim.physics.collision import Rectangle
 from sdc_sim.physics.obstacles import FIRST_TRAFFIC_ID, ObstacleState
 from sdc_sim.yaml_document import config_path
@@ -374,8 +374,8 @@ class SumoTraffic:
 
 def of_map(path: str, count: int, seed: int, tick_s: float, mission_m: np.ndarray) -> SumoTraffic:
     """Return the traffic on a map; see SumoTraffic."""
-    is_mirror = load_network(path).y_sign < 0.0
-    return SumoTraffic(network_path(path), count, seed, tick_s, mission_m, is_mirror)
+    network = load_network(path)
+    return SumoTraffic(network.net_path, count, seed, tick_s, mission_m, network.y_sign < 0.0)
 
 
 def _libsumo() -> Any:
