@@ -10,7 +10,7 @@ from sdc_common.ros.node import LoopPublisher, parameter, refuse, watch_connecti
 from sdc_common.ros.odometry import pose_and_speed
 from sdc_common.ros.refusal import refusing
 from sdc_perception.lane_following import FollowingSettings, lane_path, stopping_path
-from sdc_perception.lane_message import tracked_lane
+from sdc_perception.lane_tracker import TrackedLane
 from sdc_perception.paired_topics import EGO, answer_together
 
 
@@ -30,7 +30,7 @@ class LaneFollowerNode:
     def answer(self, message, odometry):
         with refusing("/perception/lane"):
             if message.confidence > 0.0:
-                rows = lane_path(tracked_lane(message), self.settings)
+                rows = lane_path(TrackedLane.of(message), self.settings)
             else:
                 rospy.logwarn_throttle(5.0, "lane_follower: no lane in the picture, braking")
                 rows = stopping_path(*pose_and_speed(odometry)[:3])

@@ -5,27 +5,13 @@ import math
 
 from sdc_msgs.msg import Obstacle, ObstacleArray
 
-from sdc_perception.detection_overlay import draw_obstacles
-from sdc_perception.obstacle_tracker import ObstacleSettings, ObstacleTracker
+from sdc_perception.obstacle_detection import ObstacleSettings
+from sdc_perception.obstacle_tracker import ObstacleTracker
 from sdc_perception.picture_detector import PictureDetectorNode
 
 
-class ObstacleDetectorNode(PictureDetectorNode):
-    def __init__(self):
-        topic = "/perception/obstacles"
-        super().__init__("obstacle_detector", ObstacleSettings.read, topic, ObstacleArray)
-
-    def start(self, intrinsic):
-        return ObstacleTracker(self.settings, intrinsic)
-
-    def find(self, image, pose, time_s):
-        return self.detector.detect(image, pose, time_s)
-
-    def message(self, bodies):
-        return ObstacleArray(obstacles=list(map(obstacle_message, bodies)))
-
-    def drawn(self, image, _pose, _bodies):
-        return draw_obstacles(image, self.detector.seen)
+def obstacles_message(bodies):
+    return ObstacleArray(obstacles=list(map(obstacle_message, bodies)))
 
 
 def obstacle_message(body):
@@ -38,4 +24,11 @@ def obstacle_message(body):
 
 
 if __name__ == "__main__":
-    ObstacleDetectorNode().run()
+    PictureDetectorNode(
+        "obstacle_detector",
+        ObstacleSettings.read,
+        "/perception/obstacles",
+        ObstacleArray,
+        ObstacleTracker,
+        obstacles_message,
+    ).run()

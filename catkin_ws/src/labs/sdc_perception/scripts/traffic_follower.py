@@ -7,13 +7,12 @@ from sdc_msgs.msg import ObstacleArray
 from sdc_package.msg import LocalPath, Waypoint
 from sdc_perception.msg import DetectedLights, Lane
 
+from sdc_common.ros.conversion import detected_obstacles
 from sdc_common.ros.node import LoopPublisher, parameter, refuse, watch_connections
-from sdc_common.ros.odometry import pose_and_speed, yaw_from_quaternion
+from sdc_common.ros.odometry import pose_and_speed
 from sdc_common.ros.refusal import refusing
 from sdc_perception.lane_following import FollowingSettings, lane_path, stopping_path
-from sdc_perception.lane_message import tracked_lane
-from sdc_perception.light_tracker import TrackedLight
-from sdc_perception.obstacle_tracker import TrackedBody
+from sdc_perception.lane_tracker import TrackedLane
 from sdc_perception.paired_topics import EGO, answer_together
 from sdc_perception.traffic_following import TrafficFollower, TrafficSettings
 
@@ -41,10 +40,9 @@ class TrafficFollowerNode:
         with refusing("the topics of lane, obstacles and traffic lights"):
             x, y, yaw, speed = pose_and_speed(odometry)
             if lane.confidence > 0.0:
-                rows = lane_path(tracked_lane(lane), self.settings)
-                bodies = [tracked_body(obstacle) for obstacle in obstacles.obstacles]
-                seen = [TrackedLight(one.id, one.state, one.x_m, one.y_m) for one in lights.lights]
-                rows = self.traffic.limited(rows, (x, y, yaw), speed, bodies, seen)
+                rows = lane_path(TrackedLane.of(lane), self.settings)
+                bodies = detected_obstacles(obstacles)
+                rows = self.traffic.limited(rows, (x, y, yaw), speed, bodies, lights.lights)
             else:
                 rospy.logwarn_throttle(5.0, "traffic_follower: no lane in the picture, braking")
                 rows = stopping_path(x, y, yaw)
@@ -53,15 +51,6 @@ class TrafficFollowerNode:
     def run(self):
         watch_connections()
         rospy.spin()
-
-
-def tracked_body(obstacle):
-    """Return the body of a sdc_msgs/Obstacle."""
-    position, yaw = obstacle.pose.position, yaw_from_quaternion(obstacle.pose.orientation)
-    size, speed = obstacle.size, obstacle.speed
-    return TrackedBody(
-        obstacle.id, obstacle.kind, position.x, position.y, yaw, size.x, size.y, speed
-    )
 
 
 if __name__ == "__main__":

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from sdc_perception.light_detection import GREEN, RED, YELLOW, LightFinder
-from sdc_perception.light_tracker import LightSettings, LightTracker
+from sdc_perception.light_detection import GREEN, RED, YELLOW, LightFinder, LightSettings
+from sdc_perception.light_tracker import LightTracker
 
 CAMERA_X_M = 0.7
 pytestmark = pytest.mark.slow(3)
@@ -20,7 +20,7 @@ def settings(node_parameters):
 
 @pytest.fixture
 def finder(settings, intrinsic):
-    return LightFinder(intrinsic, settings.camera, settings.lamps, settings.housing)
+    return LightFinder(settings, intrinsic)
 
 
 @pytest.mark.parametrize("brightness", [1.0, 0.25])

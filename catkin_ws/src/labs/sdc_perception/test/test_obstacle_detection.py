@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from sdc_perception.obstacle_detection import BodyFinder
-from sdc_perception.obstacle_tracker import ObstacleSettings, ObstacleTracker
+from sdc_perception.obstacle_detection import BodyFinder, ObstacleSettings
+from sdc_perception.obstacle_tracker import ObstacleTracker
 
 CAMERA_X_M = 0.7
 pytestmark = pytest.mark.slow(3)
@@ -18,7 +18,7 @@ def settings(node_parameters):
 
 @pytest.fixture
 def finder(settings, intrinsic):
-    return BodyFinder(intrinsic, settings.camera, settings.kinds, settings.farthest_m)
+    return BodyFinder(settings, intrinsic)
 
 
 @pytest.mark.parametrize("brightness", [1.0, 0.25])

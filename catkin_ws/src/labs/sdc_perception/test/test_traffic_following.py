@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from sdc_common.configuration import node_config
+from sdc_common.driving import DetectedObstacle
 from sdc_perception.light_detection import GREEN, RED, YELLOW
 from sdc_perception.light_tracker import TrackedLight
-from sdc_perception.obstacle_tracker import TrackedBody
 from sdc_perception.traffic_following import TrafficFollower, TrafficSettings
 
 CAR = (0.0, 0.0, 0.0)
@@ -38,7 +38,7 @@ def rows():
 
 def body(x_m, y_m=0.0, speed_mps=0.0, yaw_rad=0.0, kind="car"):
     size = (4.7, 2.0) if kind == "car" else (0.5, 0.5)
-    return TrackedBody(1, kind, x_m, y_m, yaw_rad, *size, speed_mps)
+    return DetectedObstacle(x_m, y_m, yaw_rad, *size, speed_mps, 1, kind)
 
 
 def light(state, line_m, left_m=-2.7):

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sdc_common.validation import check_finite
+
 _LEAST_DEPTH_M = np.float32(1e-3)
 
 
@@ -17,6 +19,9 @@ class MountingPose:
     x_m: float  # position ahead of the vehicle's centre [m]
     z_m: float  # height above the ground [m]
     pitch_rad: float  # downward tilt of the view [rad]
+
+    def __post_init__(self):
+        check_finite(**vars(self))
 
 
 class GroundPlane:

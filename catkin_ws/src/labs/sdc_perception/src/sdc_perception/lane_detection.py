@@ -5,20 +5,27 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Tuple
+from typing import Any
 
 import cv2
 import numpy as np
 
-from sdc_common.validation import check_finite, is_number
+from sdc_common.validation import is_number
 from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
 from sdc_perception.ground_plane import GroundPlane, MountingPose
+from sdc_perception.ground_tracks import Pose
 from sdc_perception.lane_acquisition import LaneGuess, acquire_lane, marking_points
-from sdc_perception.lane_settings import LaneSettings
-from sdc_perception.lane_tracker import LEFT, RIGHT, FoundMarkings, LaneTracker, TrackedLane
+from sdc_perception.lane_tracker import (
+    LEFT,
+    RIGHT,
+    FoundMarkings,
+    LaneSettings,
+    LaneTracker,
+    TrackedLane,
+)
 from sdc_perception.marking_search import Box, MarkingSearch, SearchSettings, View
-
-Pose = Tuple[float, float, float]  # x [m], y [m], yaw [rad]
+from sdc_perception.obstacle_detection import BodyFinder, ObstacleSettings, covered_boxes
+from sdc_perception.overlay import draw_lane
 
 _LONGEST_STEP_M = 5.0
 _EARLIER_VIEWS, _VIEWS_APART_M = 2, 0.25
@@ -39,20 +46,22 @@ class DetectorSettings:
     # Where the road divides: `from_m` and `to_m`, measured from the start of the drive, and `keep`,
     # left or right
     directions: Sequence[Mapping[str, Any]]
+    bodies: ObstacleSettings | None  # what can hide the road, None for nothing
 
     @classmethod
-    def read(cls, parameter: Callable[[str], Any]) -> DetectorSettings:
+    def read(
+        cls, parameter: Callable[[str], Any], bodies: Mapping[str, Any] | None = None
+    ) -> DetectorSettings:
         """Return the settings.
 
         Args:
             parameter: returns the parameter of config/lane_detector.yaml with a given name
+            bodies: the parameters of config/obstacle_detector.yaml
 
         Raises:
             TypeError: a name in a section is missing or unknown
             ValueError: a value is out of range
         """
-        camera = MountingPose(**parameter("camera"))
-        check_finite(**vars(camera))
         directions = parameter("directions")
         for direction in directions:
             if not (
@@ -65,12 +74,17 @@ class DetectorSettings:
                 raise ValueError(
                     f"directions: write {{from_m: 70, to_m: 110, keep: left}}, got {direction}"
                 )
+        try:
+            hiding = ObstacleSettings.read(bodies.__getitem__) if bodies else None
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"bodies, from config/obstacle_detector.yaml: {error}") from error
         return cls(
-            camera,
+            MountingPose(**parameter("camera")),
             LaneFilterThresholds(**parameter("lane_filter")),
             SearchSettings(**parameter("search")),
             LaneSettings(**parameter("lane")),
             directions,
+            hiding,
         )
 
 
@@ -132,21 +146,21 @@ class LaneDetector:
         self._settings = settings
         self._filter = LaneFilter(settings.lane_filter)
         self._search = MarkingSearch(self.ground, settings.search)
+        self._bodies = BodyFinder(settings.bodies, intrinsic) if settings.bodies else None
         self._position: tuple[float, float] | None = None
         self._earlier: list[View] = []
         self._standing: StandingPictures | None = None
         self.driven_m = 0.0
 
-    def detect(
-        self, image: np.ndarray, pose: Pose, covered: Sequence[Box] = ()
-    ) -> TrackedLane | None:
+    def detect(self, image: np.ndarray, pose: Pose, _time_s: float = 0.0) -> TrackedLane | None:
         """Return the lane, or None if there is none in the picture.
 
         Args:
             image: (H, W, 4) BGRA uint8
             pose: x [m], y [m] and yaw [rad] of the car in the frame of the odometry
-            covered: left, top, right, bottom of bodies, on which there are no markings [px]
         """
+        # There are no markings on a body.
+        covered = covered_boxes(self._bodies.find(image)) if self._bodies else ()
         position = (pose[0], pose[1])
         step_m = math.dist(position, self._position or position)
         self._position = position
@@ -176,6 +190,10 @@ class LaneDetector:
         if not self._earlier or math.dist(pose[:2], self._earlier[0].pose[:2]) > _VIEWS_APART_M:
             self._earlier = [newest.as_earlier(), *self._earlier][:_EARLIER_VIEWS]
         return views
+
+    def drawn(self, image: np.ndarray, pose: Pose, lane: TrackedLane | None) -> np.ndarray:
+        """Return a BGR picture (H, W, 3) of a lane and the markings of the last picture."""
+        return draw_lane(image, self.ground, pose, lane, self.found)
 
     @property
     def found(self) -> FoundMarkings | None:

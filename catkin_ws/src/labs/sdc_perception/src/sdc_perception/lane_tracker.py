@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from sdc_common.geometry.angles import wrap_angle
+from sdc_common.validation import check_positive
 from sdc_perception.lane_curve import KNOT_M, POINTS_PER_KNOT, LaneCurve
-from sdc_perception.lane_settings import LaneSettings
 from sdc_perception.marking_search import Markings, MarkingSearch, View
 from sdc_perception.robust_fit import correction, robust_weights
 from sdc_perception.vehicle_frame import in_vehicle_frame
@@ -43,6 +44,35 @@ _KEPT_M = 0.2
 _SAME_BEND_M = 4.0
 
 
+@dataclass(frozen=True)
+class LaneSettings:
+    """Dimensions of the road, and the noise that the tracker assumes; all positive."""
+
+    lane_width_m: float  # width of a lane [m]
+    start_m: float  # standard deviation of the offset at the start [m]
+    start_rad: float  # of the heading at the start [rad]
+    start_1pm: float  # of the curvature at the start [1/m]
+    knot_1pm: float  # of the change of the curvature from a knot to the next [1/m]
+    lasting_1pm: float  # greatest curvature of a bend of which no end is expected [1/m]
+    kept_1pm: float  # the same while the car keeps to one side where the road divides [1/m]
+    drift_m: float  # of the odometry's error across the road, per square root of a metre [m]
+    drift_rad: float  # of the odometry's heading error, per square root of a metre [rad]
+    drift_1pm: float  # of the error of a curvature ahead, per square root of a metre [1/m]
+    # The same, as a share of the change of the curvature from a knot to the next
+    drift_share: float
+    known_m: float  # deviation of the lane's position up to which it is known without markings [m]
+    visible_m: float  # deviation of the lane's position up to which the lane is visible [m]
+    lost_m: float  # deviation next to the car at which the confidence is zero [m]
+
+    def __post_init__(self):
+        check_positive(**vars(self))
+
+    @property
+    def lines_m(self) -> np.ndarray:
+        """Return the offsets (3,) of right edge, dashes and left edge from the centre [m]."""
+        return self.lane_width_m * np.array([-0.5, 0.5, 1.5])
+
+
 class TrackedLane(NamedTuple):
     """The lane as the tracker knows it."""
 
@@ -54,6 +84,23 @@ class TrackedLane(NamedTuple):
     first_m: float  # arc length of the first point, measured from the car [m]
     points_m: np.ndarray  # centre of the lane (N, 2) in the frame of the odometry, STEP_M apart [m]
     curvatures_1pm: np.ndarray  # curvatures (N,) of the points [1/m]
+
+    @classmethod
+    def of(cls, message: Any) -> TrackedLane:
+        """Return the lane of a sdc_perception/Lane.
+
+        Raises:
+            ValueError: the points are not a lane
+        """
+        points, curvatures = np.column_stack([message.x_m, message.y_m]), message.curvatures_1pm
+        if not (len(points) == len(curvatures) > 1 and np.isfinite(points).all()):
+            raise ValueError("the lane has fewer than two points, or one that is not finite")
+        numbers = (getattr(message, name) for name in NUMBERS)
+        return cls(*numbers, points, np.array(curvatures))
+
+
+# Fields of a lane that its message has under the same name.
+NUMBERS = TrackedLane._fields[:6]
 
 
 class FoundMarkings(NamedTuple):

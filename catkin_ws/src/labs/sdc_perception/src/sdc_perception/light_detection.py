@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 
 from sdc_common.validation import check_between, check_positive
 from sdc_perception.ground_plane import GroundPlane, MountingPose
+from sdc_perception.ground_tracks import TrackSettings
 
 # As CarlaTrafficLightStatus numbers them, from the top of the housing to the bottom.
 RED, YELLOW, GREEN = 0, 1, 2
@@ -69,6 +71,26 @@ class HousingSettings:
         check_positive(**vars(self))
 
 
+@dataclass(frozen=True)
+class LightSettings:
+    """Parameters of the traffic light detector."""
+
+    camera: MountingPose  # pose of the camera
+    lamps: LampSettings  # what counts as a lit lamp
+    housing: HousingSettings  # dimensions of a traffic light
+    tracks: TrackSettings  # how tracks begin, move and end
+
+    @classmethod
+    def read(cls, parameter: Callable[[str], Any]) -> LightSettings:
+        """Return the settings of config/traffic_light_detector.yaml, see DetectorSettings.read."""
+        return cls(
+            MountingPose(**parameter("camera")),
+            LampSettings(**parameter("lamps")),
+            HousingSettings(**parameter("housing")),
+            TrackSettings(**parameter("tracks")),
+        )
+
+
 class SeenLight(NamedTuple):
     """A traffic light in one picture."""
 
@@ -87,27 +109,14 @@ class LightFinder:
     A housing has a known size, and a pole meets the ground: both give the distance.
     """
 
-    def __init__(
-        self,
-        intrinsic: np.ndarray,
-        mount: MountingPose,
-        lamps: LampSettings,
-        housing: HousingSettings,
-    ):
-        """Prepare the projection.
-
-        Args:
-            intrinsic: camera matrix K (3, 3) of camera_info [px]
-            mount: pose of the camera on the car
-            lamps: what counts as a lit lamp
-            housing: dimensions of a traffic light
-        """
+    def __init__(self, settings: LightSettings, intrinsic: np.ndarray):
+        """Prepare for pictures with the camera matrix K `intrinsic` (3, 3) of camera_info [px]."""
         self._focal_px = float(intrinsic[0][0])
         self._centre = float(intrinsic[0][2]), float(intrinsic[1][2])
-        self._mount, self._lamps, self._housing = mount, lamps, housing
-        self._ground = GroundPlane(np.asarray(intrinsic, float), mount)
+        self._mount, self._lamps, self._housing = settings.camera, settings.lamps, settings.housing
+        self._ground = GroundPlane(intrinsic, self._mount)
         # A lamp is higher than the camera.
-        self._horizon = int(self._centre[1] - self._focal_px * math.tan(mount.pitch_rad))
+        self._horizon = int(self._centre[1] - self._focal_px * math.tan(self._mount.pitch_rad))
 
     def find(self, image: np.ndarray) -> list[SeenLight]:
         """Return the lights that face the car, in any order.

@@ -2,49 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from sdc_common.validation import check_finite
-from sdc_perception.ground_plane import MountingPose
-from sdc_perception.ground_tracks import GroundTracks, Pose, Sighting, TrackSettings
-from sdc_perception.light_detection import HousingSettings, LampSettings, LightFinder, SeenLight
+from sdc_perception.detection_overlay import draw_lights
+from sdc_perception.ground_tracks import GroundTracks, Pose, Sighting
+from sdc_perception.light_detection import LightFinder, LightSettings, SeenLight
 
 # Pictures in a row that must show a new colour until it counts.
 _SAME_COLOUR = 2
-
-
-@dataclass(frozen=True)
-class LightSettings:
-    """Parameters of the traffic light detector."""
-
-    camera: MountingPose  # pose of the camera
-    lamps: LampSettings  # what counts as a lit lamp
-    housing: HousingSettings  # dimensions of a traffic light
-    tracks: TrackSettings  # how tracks begin, move and end
-
-    @classmethod
-    def read(cls, parameter: Callable[[str], Any]) -> LightSettings:
-        """Return the settings.
-
-        Args:
-            parameter: returns the parameter of config/traffic_light_detector.yaml with a given name
-
-        Raises:
-            TypeError: a name in a section is missing or unknown
-            ValueError: a value is out of range
-        """
-        camera = MountingPose(**parameter("camera"))
-        check_finite(**vars(camera))
-        return cls(
-            camera,
-            LampSettings(**parameter("lamps")),
-            HousingSettings(**parameter("housing")),
-            TrackSettings(**parameter("tracks")),
-        )
 
 
 class TrackedLight(NamedTuple):
@@ -66,7 +33,7 @@ class LightTracker:
     def __init__(self, settings: LightSettings, intrinsic: np.ndarray):
         """Prepare the tracker for pictures with the camera matrix `intrinsic` (3, 3) [px]."""
         self.seen: list[SeenLight] = []
-        self._finder = LightFinder(intrinsic, settings.camera, settings.lamps, settings.housing)
+        self._finder = LightFinder(settings, intrinsic)
         self._tracks: GroundTracks[SeenLight] = GroundTracks(settings.tracks)
 
     def detect(self, image: np.ndarray, pose: Pose, time_s: float) -> list[TrackedLight]:
@@ -95,3 +62,7 @@ class LightTracker:
             x_m, y_m = track.state[:2].tolist()
             lights.append(TrackedLight(track.id, memory["state"], x_m, y_m))
         return lights
+
+    def drawn(self, image: np.ndarray, _pose: Pose, _lights: list[TrackedLight]) -> np.ndarray:
+        """Return a BGR picture (H, W, 3) of what was seen in the last picture."""
+        return draw_lights(image, self.seen)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 
 from sdc_common.validation import check_between, check_positive
 from sdc_perception.ground_plane import GroundPlane, MountingPose
+from sdc_perception.ground_tracks import TrackSettings
 
 # Smooth edges make a body larger in the picture by so much at each edge [px].
 _WIDER_PX = 0.7
@@ -51,6 +52,30 @@ class BodySettings:
                 raise ValueError(f"{name}: write two numbers, each 0..180, got {pair}")
 
 
+@dataclass(frozen=True)
+class ObstacleSettings:
+    """Parameters of the obstacle detector."""
+
+    camera: MountingPose  # pose of the camera
+    kinds: dict[str, BodySettings]  # what the kinds of bodies look like
+    farthest_m: float  # greatest distance at which a body counts [m]
+    tracks: TrackSettings  # how tracks begin, move and end
+
+    def __post_init__(self):
+        check_positive(farthest_m=self.farthest_m)
+
+    @classmethod
+    def read(cls, parameter: Callable[[str], Any]) -> ObstacleSettings:
+        """Return the settings of config/obstacle_detector.yaml, see DetectorSettings.read."""
+        camera, kinds = MountingPose(**parameter("camera")), {}
+        for name, values in parameter("kinds").items():
+            try:
+                kinds[name] = BodySettings(**values)
+            except (TypeError, ValueError) as error:
+                raise ValueError(f"kinds/{name}: {error}") from error
+        return cls(camera, kinds, parameter("farthest_m"), TrackSettings(**parameter("tracks")))
+
+
 class SeenBody(NamedTuple):
     """A body in one picture."""
 
@@ -67,32 +92,16 @@ class SeenBody(NamedTuple):
 class BodyFinder:
     """Finds bodies by colour, lower edge and size."""
 
-    def __init__(
-        self,
-        intrinsic: np.ndarray,
-        mount: MountingPose,
-        kinds: Mapping[str, BodySettings],
-        farthest_m: float,
-    ):
-        """Prepare the projections.
-
-        Args:
-            intrinsic: camera matrix K (3, 3) of camera_info [px]
-            mount: pose of the camera on the car
-            kinds: what the kinds of bodies look like
-            farthest_m: greatest distance at which a body counts [m]
-        """
-        check_positive(farthest_m=farthest_m)
+    def __init__(self, settings: ObstacleSettings, intrinsic: np.ndarray):
+        """Prepare for pictures with the camera matrix K `intrinsic` (3, 3) of camera_info [px]."""
         self._focal_px = float(intrinsic[0][0])
         self._centre_u = float(intrinsic[0][2])
-        self._mount, self._kinds, self._farthest_m = mount, dict(kinds), farthest_m
+        self._mount = mount = settings.camera
+        self._kinds, self._farthest_m = settings.kinds, settings.farthest_m
         self._horizon = float(intrinsic[1][2]) - self._focal_px * math.tan(mount.pitch_rad)
         # The plane in which the coloured part of a body ends.
         self._planes = {
-            name: GroundPlane(
-                np.asarray(intrinsic, float),
-                MountingPose(mount.x_m, mount.z_m - kind.bottom_m, mount.pitch_rad),
-            )
+            name: GroundPlane(intrinsic, replace(mount, z_m=mount.z_m - kind.bottom_m))
             for name, kind in self._kinds.items()
         }
 

@@ -23,9 +23,12 @@ from sdc_perception.paired_topics import CAMERA, EGO, answer_together
 class PictureDetectorNode:
     """A node that answers each picture of the front camera with what it finds, and draws it.
 
-    Attributes:
-        settings: the parameters of the node
-        detector: finds in pictures; None before the first one, which has the camera matrix
+    Its detector is made at the first picture, which has the camera matrix. It has two methods:
+
+    detect(image, pose, time_s) -> what is found
+        in a picture (H, W, 4) BGRA uint8, with x [m], y [m] and yaw [rad] of the car in the frame
+        of the odometry, and the time of the picture [s]
+    drawn(image, pose, found) -> a BGR picture (H, W, 3) of it
     """
 
     def __init__(
@@ -34,6 +37,8 @@ class PictureDetectorNode:
         read: Callable[[Callable[[str], Any]], Any],
         topic: str,
         message_class: type,
+        start: Callable[[Any, np.ndarray], Any],
+        message: Callable[[Any], Any],
     ):
         """Start the node; it ends with one line if a parameter is not valid.
 
@@ -42,14 +47,16 @@ class PictureDetectorNode:
             read: returns the settings, given a function that returns a parameter
             topic: topic of what is found; that of the drawn picture has the ending _overlay
             message_class: class of its messages, which have a header
+            start: returns the detector, given the settings and the camera matrix (3, 3) [px]
+            message: returns the message of what is found, without its header
         """
         rospy.init_node(name)
         cv2.setNumThreads(1)
         try:
-            self.settings = read(parameter)
+            self._settings = read(parameter)
         except (TypeError, ValueError) as error:
             refuse(f"config/{name}.yaml: {error}")
-        self.detector: Any = None
+        self._start, self._message, self._detector = start, message, None
         self._bridge = CvBridge()
         self._show = parameter("show_window")
         self._window = CameraWindow(self._show, False)
@@ -65,42 +72,20 @@ class PictureDetectorNode:
             self._answer,
         )
 
-    def start(self, intrinsic: np.ndarray) -> Any:
-        """Return the detector for pictures with the camera matrix (3, 3) [px]."""
-        raise NotImplementedError
-
-    def find(self, image: np.ndarray, pose: tuple, time_s: float) -> Any:
-        """Return what is found.
-
-        Args:
-            image: (H, W, 4) BGRA uint8
-            pose: x [m], y [m] and yaw [rad] of the car in the frame of the odometry
-            time_s: time of the picture [s]
-        """
-        raise NotImplementedError
-
-    def message(self, found: Any) -> Any:
-        """Return the message of what was found, without its header."""
-        raise NotImplementedError
-
-    def drawn(self, image: np.ndarray, pose: tuple, found: Any) -> np.ndarray:
-        """Return a BGR picture (H, W, 3) of what was found."""
-        raise NotImplementedError
-
     def _answer(self, image_message: Image, camera_info: CameraInfo, odometry: Odometry) -> None:
         with refusing("the topics of camera and odometry", CvBridgeError, TypeError):
             check_image(image_message)
             image = self._bridge.imgmsg_to_cv2(image_message, "bgra8")
-            if self.detector is None:
-                self.detector = self.start(np.array(camera_info.K).reshape(3, 3))
+            if self._detector is None:
+                self._detector = self._start(self._settings, np.array(camera_info.K).reshape(3, 3))
             header, pose = image_message.header, pose_and_speed(odometry)[:3]
-            found = self.find(image, pose, header.stamp.to_sec())
-            message = self.message(found)
+            found = self._detector.detect(image, pose, header.stamp.to_sec())
+            message = self._message(found)
             message.header.stamp = header.stamp
             message.header.frame_id = odometry.header.frame_id
             self._publisher.publish(message)
             if self._show or self._overlay_publisher.get_num_connections():
-                self._draw(self.drawn(image, pose, found), header)
+                self._draw(self._detector.drawn(image, pose, found), header)
 
     def _draw(self, picture: np.ndarray, header: Any) -> None:
         self._window.update(picture, np.zeros(picture.shape[:2], np.uint8))

@@ -8,9 +8,10 @@ import cv2
 import numpy as np
 
 from sdc_perception.ground_plane import GroundPlane
+from sdc_perception.ground_tracks import Pose
 from sdc_perception.lane_acquisition import LaneGuess
-from sdc_perception.lane_detection import LaneDetector, Pose
-from sdc_perception.overlay import LINES_BGR, draw_dot, draw_lane
+from sdc_perception.lane_detection import LaneDetector
+from sdc_perception.overlay import LINES_BGR, draw_dot
 
 _GRID_BGR, _POINT_BGR = (0, 255, 255), (255, 0, 255)
 _NEAREST_M, _FARTHEST_M, _LABELLED_M, _SIDE_M = 3.0, 40.0, 15.0, 6.0
@@ -57,7 +58,7 @@ def draw_guess(picture: np.ndarray, detector: LaneDetector, pose: Pose) -> None:
 def draw_tracking(picture: np.ndarray, detector: LaneDetector, pose: Pose) -> None:
     """Draw the lane as it is known from all pictures, and the markings in this one."""
     lane = detector.detect(picture, pose)
-    picture[..., :3] = draw_lane(picture, detector.ground, pose, lane, detector.found)
+    picture[..., :3] = detector.drawn(picture, pose, lane)
 
 
 STAGES: dict[str, Callable[[np.ndarray, LaneDetector, Pose], None]] = {

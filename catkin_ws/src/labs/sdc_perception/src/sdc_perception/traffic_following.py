@@ -17,7 +17,6 @@ from sdc_package.obstacles import ObstacleMargins, speed_caps
 from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 from sdc_perception.ground_tracks import Pose
 from sdc_perception.light_tracker import TrackedLight
-from sdc_perception.obstacle_tracker import TrackedBody
 
 # The lane continues straight where it is not seen.
 _BEYOND_M = 50.0
@@ -50,15 +49,7 @@ class TrafficSettings:
 
     @classmethod
     def read(cls, parameter: Callable[[str], Any]) -> TrafficSettings:
-        """Return the settings.
-
-        Args:
-            parameter: returns the parameter of the node with a given name
-
-        Raises:
-            TypeError: a name in a section is missing or unknown
-            ValueError: a value is out of range
-        """
+        """Return the settings of the node, see DetectorSettings.read."""
         horizon_m, spare_m = parameter("horizon_m"), parameter("spare_m")
         check_positive(horizon_m=horizon_m)
         check_non_negative(spare_m=spare_m)
@@ -85,7 +76,7 @@ class TrafficFollower:
         rows: np.ndarray,
         pose: Pose,
         speed_mps: float,
-        bodies: Sequence[TrackedBody],
+        bodies: Sequence[DetectedObstacle],
         lights: Sequence[TrackedLight],
     ) -> np.ndarray:
         """Return the path with the speeds that traffic allows.
@@ -105,17 +96,11 @@ class TrafficFollower:
         route = Route(np.vstack([rows[:, :2], ahead]))
         s_m = route.s[:-1]
         from_s_m = route.line.project(pose[0], pose[1], 0.0, 0.0, float(s_m[-1])).s_m
-        obstacles = [
-            DetectedObstacle(
-                body.x_m, body.y_m, body.yaw_rad, body.length_m, body.width_m, body.speed_mps
-            )
-            for body in bodies
-        ]
         caps = speed_caps(
             route,
             s_m,
             from_s_m,
-            obstacles,
+            bodies,
             settings.obstacles,
             settings.braking_mps2,
             settings.horizon_m,

@@ -46,8 +46,6 @@ def main() -> None:
     parser.add_argument("network", help="file of sdc_perception.imitation.train")
     parser.add_argument("seeds", nargs="*", type=int, default=SEEDS, help="seeds of the routes")
     parser.add_argument("--least-radius", type=float, default=8.0, help="of the bends [m]")
-    parser.add_argument("--left", type=float, default=0.0, help="start left of the route [m]")
-    parser.add_argument("--turned", type=float, default=0.0, help="start turned to the left [rad]")
     options = parser.parse_args()
     try:
         SteeringNetwork.load(options.network)
@@ -55,7 +53,7 @@ def main() -> None:
         sys.exit(f"drive: {error}")
     for seed in options.seeds:
         route_m = long_route(seed, least_radius_m=options.least_radius)
-        metrics = drive(options.network, route_m, options.left, options.turned).metrics
+        metrics = drive(options.network, route_m).metrics
         print(
             f"route {seed}: {metrics['status']:9s} {metrics['route_completion_percent']:5.1f} % "
             f"cross-track error {metrics['cross_track_rms_m']:.3f} m RMS, "
