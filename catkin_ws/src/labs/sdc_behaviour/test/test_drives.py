@@ -53,5 +53,5 @@ def test_rude_lane_changes_make_others_brake():
 def test_late_drivers_crash_at_a_distance_that_is_safe_for_others():
     assert [crashes(late_s, Rss()) for late_s in (0.3, 0.5, 1.0)] == [0, 1, 9]
     assert crashes(1.0, Rss(response_s=1.0)) == 0
-    assert flow_per_h(14.0, Rss())[0] > 1.7 * flow_per_h(14.0, Rss(response_s=1.0))[0]
+    assert flow_per_h(14.0, Rss()) > 1.7 * flow_per_h(14.0, Rss(response_s=1.0))
     assert len(list(lines("late"))) == 6

@@ -1,11 +1,9 @@
 """The car drives on the estimate of the localizer; errors and covariances match."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-import rospkg
 
+from sdc_common.configuration import package_folder
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_localization.study.drives import (
     consistency,
@@ -61,8 +59,8 @@ def test_landmarks_carry_the_car_through_a_tunnel_of_20_s():
 
 @pytest.mark.nightly
 def test_town_is_driven_on_the_estimate():
-    path = Path(rospkg.RosPack().get_path("sdc_common"), "data", "waypoints.csv")
-    metrics = drive_localized(load_waypoints(str(path))).metrics
+    path = f"{package_folder('sdc_common')}/data/waypoints.csv"
+    metrics = drive_localized(load_waypoints(path)).metrics
     assert metrics["status"] == "completed"
     assert metrics["cross_track_rms_m"] <= 0.25
     assert metrics["comfortable"]

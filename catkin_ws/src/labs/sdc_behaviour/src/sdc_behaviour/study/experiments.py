@@ -48,11 +48,9 @@ def _braking_way(time_s: np.ndarray, begin_s: float, braking_mps2: float) -> np.
     return driving_m - 0.5 * braking_mps2 * braking_s**2
 
 
-def flow_per_h(speed_mps: float | np.ndarray, rss: Rss) -> np.ndarray:
+def flow_per_h(speed_mps: float, rss: Rss) -> float:
     """Return how many cars an hour pass, each at the safe distance [1/h]."""
-    speeds = np.atleast_1d(speed_mps)
-    gaps_m = np.array([safe_distance_m(one, one, rss) for one in speeds.tolist()])
-    return 3600.0 * speeds / (gaps_m + 2.0 + CAR_M)
+    return 3600.0 * speed_mps / (safe_distance_m(speed_mps, speed_mps, rss) + 2.0 + CAR_M)
 
 
 def lines(name: str) -> Iterator[str]:
@@ -67,7 +65,7 @@ def lines(name: str) -> Iterator[str]:
         number = f"{crashes(late_s, Rss())} of {CARS - 1}"
         yield f"late by {late_s:.1f} s: {number} cars hit the one ahead"
     for response_s in (0.3, 0.5, 1.0):
-        flow = flow_per_h(SPEED_MPS, Rss(response_s=response_s))[0]
+        flow = flow_per_h(SPEED_MPS, Rss(response_s=response_s))
         yield f"distance for {response_s:.1f} s: {flow:.0f} cars an hour"
 
 
