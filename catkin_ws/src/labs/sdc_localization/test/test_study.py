@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from sdc_common.configuration import package_folder
+from sdc_common.configuration import node_config, package_folder
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_localization.study.drives import (
     consistency,
     drive_localized,
-    localizer_configuration,
     random_drive,
     rms,
 )
@@ -41,7 +40,7 @@ def test_gate_keeps_reflections_from_moving_the_estimate():
     route = long_route(3, 300.0)
     worst_m = [
         drive_localized(route, 3, gnss, {"gate_2": gate}).position_errors_m.max()
-        for gate in (localizer_configuration()["gate_2"], 1e9)
+        for gate in (node_config("sdc_localization", "localizer")["gate_2"], 1e9)
     ]
     assert worst_m[0] < 0.5 * worst_m[1]
 

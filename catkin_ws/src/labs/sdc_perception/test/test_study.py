@@ -4,8 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
+from sdc_common.configuration import node_config
 from sdc_perception.lane_detection import DetectorSettings, LaneDetector
-from sdc_perception.study.drives import WEATHERS, drive, drive_nodes, lab_parameters
+from sdc_perception.study.drives import WEATHERS, drive, drive_nodes
 from sdc_perception.study.frames import FrameScore, measure
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
@@ -62,7 +63,7 @@ def test_lane_is_found_before_the_car_starts(seed, weather, off_m):
     state = drive_setup("", route).simulation().snapshot.state
     pose = state.x_m, state.y_m, state.yaw_rad
     renderer = Renderer(Road(route), weather=Weather(**parameters["weather"]))
-    settings = DetectorSettings.read(lab_parameters("lane_detector").__getitem__)
+    settings = DetectorSettings.read(node_config("sdc_perception", "lane_detector").__getitem__)
     detector = LaneDetector(settings, CameraModel().intrinsic_matrix())
     for tick in range(9):
         light = parameters.get("daylight", 1.0)

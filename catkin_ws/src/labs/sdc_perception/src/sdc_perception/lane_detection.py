@@ -223,14 +223,7 @@ class LaneDetector:
     def _acquire(self, image: np.ndarray, pose: Pose) -> None:
         guess = self.guess(image)
         if guess is not None:
-            self.tracker = LaneTracker(
-                self._search,
-                self._settings.lane,
-                pose,
-                guess.offset_m,
-                guess.heading_error_rad,
-                guess.curvature_1pm,
-            )
+            self.tracker = LaneTracker(self._search, self._settings.lane, pose, guess)
 
     def _keep(self) -> str | None:
         for direction in self._settings.directions:

@@ -11,6 +11,7 @@ import numpy as np
 
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.validation import check_positive
+from sdc_perception.lane_acquisition import LaneGuess
 from sdc_perception.lane_curve import KNOT_M, POINTS_PER_KNOT, LaneCurve
 from sdc_perception.marking_search import Markings, MarkingSearch, View
 from sdc_perception.robust_fit import correction, robust_weights
@@ -140,9 +141,7 @@ class LaneTracker:
         search: MarkingSearch,
         settings: LaneSettings,
         pose: tuple[float, float, float],
-        offset_m: float,
-        heading_error_rad: float,
-        curvature_1pm: float,
+        guess: LaneGuess,
     ):
         """Start with a lane next to the car.
 
@@ -150,14 +149,13 @@ class LaneTracker:
             search: finds the markings
             settings: dimensions and noise
             pose: x [m], y [m] and yaw [rad] of the car in the frame of the odometry
-            offset_m: distance of the car to the left of the lane's centre [m]
-            heading_error_rad: direction of the lane minus heading of the car [rad]
-            curvature_1pm: curvature of the lane [1/m]
+            guess: the lane
         """
         self._search, self._settings = search, settings
         self._keep: str | None = None
         x, y, yaw = pose
         s = -_BEHIND_M
+        offset_m, heading_error_rad, curvature_1pm, _ = guess
         across = -offset_m + heading_error_rad * s + 0.5 * curvature_1pm * s * s
         self.curve = LaneCurve(
             x + s * math.cos(yaw) - across * math.sin(yaw),

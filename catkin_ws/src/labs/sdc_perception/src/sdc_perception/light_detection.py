@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -34,6 +34,27 @@ _ALONE = 0.1
 _EDGE_PX = 0.5
 
 
+def check_pairs(**pairs: Sequence[float]) -> None:
+    """Raise ValueError for the first value that is not two numbers from 0 to 180."""
+    for name, pair in pairs.items():
+        if len(pair) != 2 or not all(0 <= number <= 180 for number in pair):
+            raise ValueError(f"{name}: write two numbers, each 0..180, got {pair}")
+
+
+def colour_mask(hsv: np.ndarray, hues: tuple[int, int], least: tuple[float, float]) -> np.ndarray:
+    """Return the mask (H, W) of some hues.
+
+    Args:
+        hsv: picture (H, W, 3) of hue, saturation and brightness
+        hues: from and to, 0..180; the range may pass 180
+        least: least saturation and brightness, 0..255
+    """
+    low, high = hues
+    ranges = [(low, high)] if low <= high else [(low, 180), (0, high)]
+    masks = [cv2.inRange(hsv, (a, *least), (b, 255, 255)) for a, b in ranges]
+    return masks[0] if len(masks) == 1 else cv2.bitwise_or(*masks)
+
+
 @dataclass(frozen=True)
 class LampSettings:
     """What counts as a lit lamp."""
@@ -48,10 +69,7 @@ class LampSettings:
     dark: float  # greatest brightness of an unlit lamp as a share of that of the lit one, 0..1
 
     def __post_init__(self):
-        for name in NAMES:
-            hues = getattr(self, name)
-            if len(hues) != 2 or not all(0 <= hue <= 180 for hue in hues):
-                raise ValueError(f"lamps/{name}: write two hues, each 0..180, got {hues}")
+        check_pairs(**{f"lamps/{name}": getattr(self, name) for name in NAMES})
         check_between(0, 255, saturation=self.saturation)
         check_between(0.0, 1.0, excess=self.excess, dark=self.dark)
 
@@ -131,7 +149,8 @@ class LightFinder:
         bright = float(np.percentile(hsv[::8, ::8, 2], 95.0))
         lights = []
         for state in (RED, YELLOW, GREEN):
-            mask = self._lit(hsv, state, bright)
+            hues = getattr(self._lamps, NAMES[state])
+            mask = colour_mask(hsv, hues, (self._lamps.saturation, max(1.0, _LIT * bright)))
             if not cv2.countNonZero(mask):
                 continue
             count, _, stats, _ = cv2.connectedComponentsWithStats(mask)
@@ -142,13 +161,6 @@ class LightFinder:
                     if light is not None:
                         lights.append(light)
         return lights
-
-    def _lit(self, hsv: np.ndarray, state: int, bright: float) -> np.ndarray:
-        low, high = getattr(self._lamps, NAMES[state])
-        least = (self._lamps.saturation, max(1.0, _LIT * bright))
-        ranges = [(low, high)] if low <= high else [(low, 180), (0, high)]
-        masks = [cv2.inRange(hsv, (a, *least), (b, 255, 255)) for a, b in ranges]
-        return masks[0] if len(masks) == 1 else cv2.bitwise_or(*masks)
 
     def _light(
         self, image: np.ndarray, value: np.ndarray, state: int, lamp: _LampDisc

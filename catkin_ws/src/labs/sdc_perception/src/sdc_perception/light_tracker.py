@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from typing import NamedTuple
 
 import numpy as np
@@ -51,14 +52,11 @@ class LightTracker:
         lights = []
         for track in self._tracks.update(sightings, pose, time_s):
             memory = track.memory
+            states = memory.setdefault("states", deque(maxlen=_SAME_COLOUR))
             if track.fresh:
-                same = memory.get("new") == track.seen.state
-                memory["new"], memory["count"] = (
-                    track.seen.state,
-                    memory.get("count", 0) + 1 if same else 1,
-                )
-                if "state" not in memory or memory["count"] >= _SAME_COLOUR:
-                    memory["state"] = track.seen.state
+                states.append(track.seen.state)
+                if "state" not in memory or states.count(states[-1]) == _SAME_COLOUR:
+                    memory["state"] = states[-1]
             x_m, y_m = track.state[:2].tolist()
             lights.append(TrackedLight(track.id, memory["state"], x_m, y_m))
         return lights

@@ -13,6 +13,7 @@ import numpy as np
 from sdc_common.validation import check_between, check_positive
 from sdc_perception.ground_plane import GroundPlane, MountingPose
 from sdc_perception.ground_tracks import TrackSettings
+from sdc_perception.light_detection import check_pairs, colour_mask
 
 # Smooth edges make a body larger in the picture by so much at each edge [px].
 _WIDER_PX = 0.7
@@ -46,10 +47,7 @@ class BodySettings:
     def __post_init__(self):
         check_between(0, 255, saturation=self.saturation)
         check_positive(bottom_m=self.bottom_m, top_m=self.top_m)
-        for name in ("hue", "width_m", "size_m"):
-            pair = getattr(self, name)
-            if len(pair) != 2 or not all(0 <= number <= 180 for number in pair):
-                raise ValueError(f"{name}: write two numbers, each 0..180, got {pair}")
+        check_pairs(hue=self.hue, width_m=self.width_m, size_m=self.size_m)
 
 
 @dataclass(frozen=True)
@@ -119,10 +117,7 @@ class BodyFinder:
         hsv = cv2.cvtColor(lower, cv2.COLOR_BGR2HSV)
         bodies = []
         for name, kind in self._kinds.items():
-            low, high = kind.hue
-            ranges = [(low, high)] if low <= high else [(low, 180), (0, high)]
-            masks = [cv2.inRange(hsv, (a, kind.saturation, 4), (b, 255, 255)) for a, b in ranges]
-            mask = masks[0] if len(masks) == 1 else cv2.bitwise_or(*masks)
+            mask = colour_mask(hsv, kind.hue, (kind.saturation, 4))
             found: list[SeenBody] = []
             for left, top, part in _parts(mask):
                 for at, piece, hidden in _pieces(part, first + top - self._horizon):

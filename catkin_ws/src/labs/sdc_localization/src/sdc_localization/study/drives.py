@@ -40,11 +40,6 @@ _TOPICS = (
 _BAND = 0.95
 
 
-def localizer_configuration() -> dict[str, Any]:
-    """Return the parameters of the node localizer."""
-    return node_config("sdc_localization", "localizer")
-
-
 @dataclass(frozen=True)
 class LocalizedDrive:
     """The record of a drive on the estimate; a row for each tick."""
@@ -97,7 +92,7 @@ def drive_localized(
         options: changed parameters of the localizer
         landmarks: whether the localizer uses the planar lidar and the map
     """
-    settings = LocalizerSettings.read(localizer_configuration().__getitem__)
+    settings = LocalizerSettings.read(node_config("sdc_localization", "localizer").__getitem__)
     deviations = settings.initial_across_m, settings.initial_yaw_rad
     left_m, turned_rad = np.random.default_rng(seed).normal(0.0, deviations).tolist()
     start = {"left_m": left_m, "turned_rad": turned_rad}
@@ -123,7 +118,7 @@ def _drive(
 ) -> LocalizedDrive:
     """Return the drive of some messages, by their topics and stamps."""
     odometry, truth, wheels, imus, fixes = (received[topic] for topic in _TOPICS)
-    parameters = localizer_configuration()
+    parameters = node_config("sdc_localization", "localizer")
     alone = Localizer(LocalizerSettings.read(parameters.__getitem__))
     rows = []
     for stamp_ns in sorted(set(odometry) & set(truth) & set(wheels) & set(imus)):

@@ -20,7 +20,6 @@ import numpy as np
 import rosbag
 from cv_bridge import CvBridge
 
-from sdc_common.configuration import node_config
 from sdc_sim.road.random_routes import random_route
 from sdc_sim.runner import isolated_drive
 from sdc_sim.scenario.acceptance_limits import read_report
@@ -38,11 +37,6 @@ WEATHERS: dict[str, dict[str, Any]] = {
 }
 _LANE, _OVERLAY = "/perception/lane", "/perception/lane_overlay"
 _NO_OPTIONS: Mapping[str, Any] = {}
-
-
-def lab_parameters(node: str) -> dict[str, Any]:
-    """Return the parameters of a node of sdc_perception, from its file in config/."""
-    return node_config("sdc_perception", node)
 
 
 class NodesDrive(NamedTuple):

@@ -13,13 +13,15 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
+from functools import partial
 
 import cv2
 import numpy as np
 
+from sdc_common.configuration import node_config
 from sdc_perception.light_detection import LightFinder, LightSettings, SeenLight
 from sdc_perception.obstacle_detection import BodyFinder, ObstacleSettings, SeenBody
-from sdc_perception.study.drives import WEATHERS, lab_parameters
+from sdc_perception.study.drives import WEATHERS
 from sdc_perception.study.scenes import FRAMES_A_ROUTE, Scene, SceneMaker, TrueObject
 from sdc_sim.camera.camera_model import CameraModel
 
@@ -151,8 +153,9 @@ def measure(weather: str, count: int, first_seed: int) -> FrameScore:
         first_seed: seed of the first route
     """
     intrinsic, score = CameraModel().intrinsic_matrix(), FrameScore()
-    light_settings = LightSettings.read(lab_parameters("traffic_light_detector").__getitem__)
-    body_settings = ObstacleSettings.read(lab_parameters("obstacle_detector").__getitem__)
+    parameters = partial(node_config, "sdc_perception")
+    light_settings = LightSettings.read(parameters("traffic_light_detector").__getitem__)
+    body_settings = ObstacleSettings.read(parameters("obstacle_detector").__getitem__)
     light_finder = LightFinder(light_settings, intrinsic)
     body_finder = BodyFinder(body_settings, intrinsic)
     for scene in SceneMaker(first_seed, WEATHERS[weather]).scenes(count):
