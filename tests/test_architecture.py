@@ -89,17 +89,9 @@ def imported_modules(path):
 
 
 @pytest.mark.parametrize("package", LIBRARIES)
-def test_package_imports_only_from_lower_layers(package):
+def test_package_and_its_tests_import_only_from_lower_layers(package):
     allowed = below(package) | {package}
-    for path in python_files(package):
-        used = {name.split(".")[0] for name in imported_modules(path)} & set(LAYERS)
-        assert used <= allowed, f"{path} imports {sorted(used - allowed)}"
-
-
-@pytest.mark.parametrize("package", LIBRARIES)
-def test_tests_import_only_from_their_own_layer_and_lower_ones(package):
-    allowed = below(package) | {package}
-    for path in sorted((folder(package) / "test").rglob("*.py")):
+    for path in [*python_files(package), *sorted((folder(package) / "test").rglob("*.py"))]:
         used = {name.split(".")[0] for name in imported_modules(path)} & set(LAYERS)
         assert used <= allowed, f"{path} imports {sorted(used - allowed)}"
 
@@ -172,22 +164,17 @@ def missing_and_superfluous(imported, names):
 @needs_module_names
 @pytest.mark.parametrize("package", LIBRARIES)
 def test_package_xml_names_what_is_imported_and_what_launch_files_start(package):
-    names = named(package, "exec_depend", "depend")
+    names, tests = named(package, "exec_depend", "depend"), named(package, "test_depend")
     launched = started(package, "launch")
     assert launched <= names
-    missing, superfluous = missing_and_superfluous(imports(package)[0], names)
+    programs_import, tests_import = imports(package)
+    missing, superfluous = missing_and_superfluous(programs_import, names)
     messages = {"message_runtime", "std_msgs"} if (folder(package) / "msg").is_dir() else set()
     web = {name for name in names if name.startswith("libjs-")}
     assert (missing, superfluous - launched - messages - web) == (set(), set())
 
-
-@needs_module_names
-@pytest.mark.parametrize("package", LIBRARIES)
-def test_package_xml_names_what_tests_import(package):
-    names = named(package, "exec_depend", "depend")
-    tests = named(package, "test_depend")
-    missing, _ = missing_and_superfluous(imports(package)[1], names | tests)
-    _, superfluous = missing_and_superfluous(imports(package)[1] | {"pytest"}, tests)
+    missing, _ = missing_and_superfluous(tests_import, names | tests)
+    _, superfluous = missing_and_superfluous(tests_import | {"pytest"}, tests)
     assert (missing, superfluous - started(package, "test")) == (set(), set())
     assert names & tests == set()
 

@@ -9,8 +9,8 @@ from guide_blocks import edited, read
 from guide_student import GUIDE, Student
 
 from sdc_testing.virtual_display import VirtualDisplay
-from sdc_workshop.steps import load_steps
-from sdc_workshop.workspace import solution, solution_body
+from sdc_workshop.steps import LABS, WORKSHOP, load_steps
+from sdc_workshop.workspace import PROJECT, solution, solution_body
 
 
 @pytest.fixture
@@ -45,17 +45,16 @@ def test_guide_leads_to_a_car_that_drives(student):
     )
 
 
-def test_each_snippet_equals_the_solution():
-    """The long test finds the same at its end; this one names the snippet at once."""
-    written = {
-        (block.file, block.todo): block
-        for block in read(GUIDE.read_text(encoding="utf-8"))
-        if block.does == "write"
-    }
-    for step in filter(lambda step: step.file, load_steps()):
+@pytest.mark.parametrize("lab", (WORKSHOP, *LABS))
+def test_each_snippet_equals_the_solution(lab):
+    """The long tests find the same at their end; this one names the snippet at once."""
+    page = PROJECT / "docs" / "labs" / f"{lab}.md" if lab else GUIDE
+    blocks = read(page.read_text(encoding="utf-8"))
+    written = {(block.file, block.todo): block for block in blocks if block.does == "write"}
+    for step in filter(lambda step: step.file, load_steps(lab)):
         block = written[step.file, step.todo]
         assert block.text == solution_body(step), (
-            f"{GUIDE}, line {block.line}: differs from the solution of {step.place}"
+            f"{page}, line {block.line}: differs from the solution of {step.place}"
         )
 
 

@@ -6,11 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rospy
-from sensor_msgs.msg import Imu, JointState, NavSatFix, PointCloud2, PointField
+from sensor_msgs.msg import Imu, JointState, NavSatFix
 
 from sdc_common.geometry.geodesy import geodetic_from_map
 from sdc_common.ros.odometry import pose_and_speed
-from sdc_localization.landmarks import LandmarkMap
 from sdc_localization.localizer import Localizer
 from sdc_testing import load_script
 
@@ -26,11 +25,9 @@ class Published(list):
 
 @pytest.fixture
 def node(settings):
-    """Return a node that knows one landmark, at (20, 3)."""
     found = object.__new__(load_script(str(SCRIPT)).LocalizerNode)
     found.localizer, found.waypoints = Localizer(settings), LANE
-    found.landmarks = LandmarkMap(np.array([[20.0, 3.0]]), 0.1, 0.01, settings.gate_2)
-    found.radius_m, found.pole_radius_m, found.lidar_ahead_m = 0.35, 0.17, 2.35
+    found.radius_m = 0.35
     found.publisher, found.tf_publisher = Published(), Published()
     return found
 
@@ -54,13 +51,6 @@ def fix(tick, x, y, status=0):
     return message
 
 
-def scan(tick, *points):
-    rows = np.zeros((len(points), 4), np.float32)
-    rows[:, :2] = points
-    fields = [PointField(name, 4 * i, PointField.FLOAT32, 1) for i, name in enumerate("xyz")]
-    return stamped(PointCloud2(fields=fields, point_step=16, data=rows.tobytes()), tick)
-
-
 def test_nothing_is_published_before_the_first_fix(node):
     node.answer(wheels(0), stamped(Imu(), 0), None, None)
     node.answer(wheels(1), stamped(Imu(), 1), fix(1, 0.0, 0.0, status=-1), None)
@@ -70,19 +60,10 @@ def test_nothing_is_published_before_the_first_fix(node):
     assert message.header.stamp == rospy.Time(1, 100_000_000)
     assert (message.header.frame_id, message.child_frame_id) == ("map", "ego_vehicle")
     assert pose_and_speed(message) == pytest.approx((10.0, 0.0, 0.0, 3.5), abs=1e-6)
-    assert message.pose.covariance[0] == pytest.approx(1.0)
+    covariance = np.reshape(message.pose.covariance, (6, 6))[np.ix_((0, 1, 5), (0, 1, 5))]
+    assert (covariance == node.localizer.estimate.covariance).all()
+    assert np.count_nonzero(message.pose.covariance) == np.count_nonzero(covariance)
     assert node.tf_publisher[0].transforms[0].child_frame_id == "ego_vehicle"
-
-
-def test_scan_of_a_landmark_corrects_the_estimate(node):
-    node.answer(wheels(0, 0.0), stamped(Imu(), 0), fix(0, 10.5, 0.0), None)
-    direction = np.array([20.0 - 12.35, 3.0])
-    near = direction * (1.0 - 0.17 / np.hypot(*direction))
-    side = np.array([-direction[1], direction[0]]) / np.hypot(*direction)
-    points = [near + offset * side for offset in (-0.04, 0.0, 0.04)]
-    node.answer(wheels(1, 0.0), stamped(Imu(), 1), None, scan(1, *points))
-    x, y, *_ = pose_and_speed(node.publisher[-1])
-    assert (x, y) == pytest.approx((10.0, 0.0), abs=0.1)
 
 
 def test_bad_messages_are_refused_and_the_node_goes_on(node):

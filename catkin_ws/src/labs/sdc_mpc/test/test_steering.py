@@ -1,11 +1,10 @@
-"""The steering method mpc: its program, its limits, and the motion and delay that it estimates."""
+"""The steering method mpc: its limits, and the motion and delay that it estimates."""
 
 import math
 import sys
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
 
 from sdc_common.configuration import node_config
 from sdc_common.driving import Command
@@ -16,7 +15,7 @@ from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import load_steering
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
-from sdc_sim.scenario.packaged import folder_of
+from sdc_sim.yaml_document import config_path
 
 CONFIG = node_config("sdc_package", "simple_controller")
 AXLES = Axles(**CONFIG["axles"])
@@ -47,7 +46,7 @@ def follow(path, speed_mps, delay, ticks, noise_m=0.0, friction=1.0, **changes):
     """Drive the simulated car; return the method, true errors and wheel angles."""
     method, steering_map = build(**changes), SteeringMap(**CONFIG["steering"])
     pedal_map = PedalMap(**CONFIG["pedals"])
-    car = Vehicle(load_vehicle(f"{folder_of('vehicle')}/tesla_model3.yaml"), friction)
+    car = Vehicle(load_vehicle(config_path("vehicles/tesla_model3.yaml")), friction)
     car.reset(0.0, 0.0, 0.0, speed_mps)
     random, yaw, errors, wheels = np.random.default_rng(1), 0.0, [], []
     commands = [Command()] * delay
@@ -63,38 +62,6 @@ def follow(path, speed_mps, delay, ticks, noise_m=0.0, friction=1.0, **changes):
         car.step(commands.pop(0), TICK_S)
         errors.append(path.line.nearest(car.state.x_m, car.state.y_m).cross_track_m)
     return method, np.array(errors), np.array(wheels)
-
-
-@needs_osqp
-def test_program_is_solved_as_by_another_solver():
-    method = build(steps=3)
-    path = circle(0.02, 12.0)
-    method.wheel_angle(path, 0.0, 0.4, 0.05, 10.0, 0.2)
-    kept = {}
-    solve = method._program.solve
-    method._program.solve = lambda *vectors, **matrices: kept.setdefault(
-        "x", solve(*kept.setdefault("vectors", vectors), **matrices)
-    )
-    method.wheel_angle(path, 0.5, 0.42, 0.05, 10.0, 0.2)
-    matrices = method._linearize(*method._linearized)
-    p = matrices["p"] + np.triu(matrices["p"], 1).T
-    q, lower, upper = kept["vectors"]
-    a, size = matrices["a"], len(q)
-    equal = lower == upper
-    found = minimize(
-        lambda x: 0.5 * x @ p @ x + q @ x,
-        np.zeros(size),
-        jac=lambda x: p @ x + q,
-        method="SLSQP",
-        constraints=[
-            {"type": "eq", "fun": lambda x: (a @ x - lower)[equal], "jac": lambda x: a[equal]},
-            {"type": "ineq", "fun": lambda x: (a @ x - lower)[~equal], "jac": lambda x: a[~equal]},
-            {"type": "ineq", "fun": lambda x: (upper - a @ x)[~equal], "jac": lambda x: -a[~equal]},
-        ],
-        options={"ftol": 1e-12, "maxiter": 500},
-    )
-    assert found.success
-    assert kept["x"] == pytest.approx(found.x, abs=0.01)
 
 
 @pytest.mark.parametrize("speed", [3.0, 12.25, 25.0])

@@ -1,37 +1,17 @@
-"""Paths in the packages of the workspace, and a camera on a straight road."""
+"""A camera on a straight road."""
 
 import math
-from functools import partial
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
-import rospkg
 
-from sdc_common.configuration import node_config
 from sdc_sim.camera.boxes import obstacle_box, traffic_light_box
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.physics.obstacles import ObstaclePlan, SimulatedObstacle
 from sdc_sim.physics.traffic_lights import FIRST_ID, TrafficLightState
 from sdc_sim.road.road import Road
-
-
-@pytest.fixture(scope="session")
-def rospkg_path():
-    return lambda package, *parts: Path(rospkg.RosPack().get_path(package), *parts)
-
-
-@pytest.fixture(scope="session")
-def node_parameters():
-    """Return a function that returns the parameters of a node of the lab."""
-    return partial(node_config, "sdc_perception")
-
-
-@pytest.fixture(scope="session")
-def intrinsic():
-    return CameraModel().intrinsic_matrix()
 
 
 @pytest.fixture(scope="session")

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from sdc_common.configuration import node_config
+from sdc_common.configuration import node_config, package_folder
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_perception.lane_detection import DetectorSettings, LaneDetector
 from sdc_sim.camera.camera_model import CameraModel
@@ -92,9 +92,9 @@ def test_lane_is_tracked_in_bad_weather(road, detector, weather):
     [(30.0, 116.0, Weather()), (335.0, 366.0, Weather()), (285.0, 318.0, Weather(worn_lines=0.6))],
     ids=["past the exit", "bend of 4 m radius", "bend with worn lines"],
 )
-def test_lane_of_the_town_is_tracked(parameters, rospkg_path, from_m, to_m, weather):
+def test_lane_of_the_town_is_tracked(parameters, from_m, to_m, weather):
     """The edge at the exit of the roundabout leads away; in the tight bend, it is out of view."""
-    road = Road(load_waypoints(str(rospkg_path("sdc_common", "data", "waypoints.csv"))))
+    road = Road(load_waypoints(f"{package_folder('sdc_common')}/data/waypoints.csv"))
     directions = node_config("sdc_perception", "town_directions")["directions"]
     renderer = Renderer(road, weather=weather)
     for direction in directions:

@@ -2,19 +2,16 @@
 
 import numpy as np
 import pytest
-import yaml
 
+from sdc_common.configuration import node_config
 from sdc_perception.lane_curve import STEP_M, LaneCurve
 from sdc_perception.lane_following import FollowingSettings, lane_path, stopping_path
 from sdc_perception.lane_tracker import TrackedLane
 
 
 @pytest.fixture
-def settings(rospkg_path):
-    with open(
-        rospkg_path("sdc_perception", "config", "lane_follower.yaml"), encoding="utf-8"
-    ) as file:
-        return FollowingSettings.read(yaml.safe_load(file).__getitem__)
+def settings():
+    return FollowingSettings.read(node_config("sdc_perception", "lane_follower").__getitem__)
 
 
 def lane(curvature=0.0, visible_m=40.0, confidence=1.0):

@@ -4,23 +4,26 @@ import math
 
 import pytest
 
+from sdc_common.configuration import node_config
 from sdc_perception.light_detection import GREEN, RED, YELLOW, LightFinder, LightSettings
 from sdc_perception.light_tracker import LightTracker
+from sdc_sim.camera.camera_model import CameraModel
 
 CAMERA_X_M = 0.7
+INTRINSIC = CameraModel().intrinsic_matrix()
 pytestmark = pytest.mark.slow(3)
 OFF = 3
 STILL = (0.0, 0.0, 0.0)
 
 
 @pytest.fixture
-def settings(node_parameters):
-    return LightSettings.read(node_parameters("traffic_light_detector").__getitem__)
+def settings():
+    return LightSettings.read(node_config("sdc_perception", "traffic_light_detector").__getitem__)
 
 
 @pytest.fixture
-def finder(settings, intrinsic):
-    return LightFinder(settings, intrinsic)
+def finder(settings):
+    return LightFinder(settings, INTRINSIC)
 
 
 @pytest.mark.parametrize("brightness", [1.0, 0.25])
@@ -46,8 +49,8 @@ def test_lamp_in_the_place_of_another_is_no_light(finder, render, light):
     assert finder.find(picture) == []
 
 
-def test_colour_changes_with_the_second_picture(settings, intrinsic, render, light):
-    tracker = LightTracker(settings, intrinsic)
+def test_colour_changes_with_the_second_picture(settings, render, light):
+    tracker = LightTracker(settings, INTRINSIC)
     states = []
     for number, state in enumerate([GREEN, GREEN, GREEN, RED, RED, RED]):
         lights = tracker.detect(render(light(state, 20.0)), STILL, 0.05 * number)
@@ -55,8 +58,8 @@ def test_colour_changes_with_the_second_picture(settings, intrinsic, render, lig
     assert states == [[], [GREEN], [GREEN], [GREEN], [RED], [RED]]
 
 
-def test_light_stays_at_its_place_while_the_car_moves(settings, intrinsic, render, light):
-    tracker = LightTracker(settings, intrinsic)
+def test_light_stays_at_its_place_while_the_car_moves(settings, render, light):
+    tracker = LightTracker(settings, INTRINSIC)
     for number in range(8):
         pose = (3.0 * number, 0.0, 0.01 * number)
         lights = tracker.detect(render(light(RED, 35.0), pose=pose), pose, 0.3 * number)
@@ -74,8 +77,8 @@ def test_light_stays_at_its_place_while_the_car_moves(settings, intrinsic, rende
         ("camera", "z_m", math.nan, "z_m"),
     ],
 )
-def test_bad_parameter_is_refused(node_parameters, section, name, value, part):
-    parameters = node_parameters("traffic_light_detector")
+def test_bad_parameter_is_refused(section, name, value, part):
+    parameters = node_config("sdc_perception", "traffic_light_detector")
     parameters[section][name] = value
     with pytest.raises(ValueError, match=part):
         LightSettings.read(parameters.__getitem__)

@@ -4,21 +4,24 @@ import math
 
 import pytest
 
+from sdc_common.configuration import node_config
 from sdc_perception.obstacle_detection import BodyFinder, ObstacleSettings
 from sdc_perception.obstacle_tracker import ObstacleTracker
+from sdc_sim.camera.camera_model import CameraModel
 
 CAMERA_X_M = 0.7
+INTRINSIC = CameraModel().intrinsic_matrix()
 pytestmark = pytest.mark.slow(3)
 
 
 @pytest.fixture
-def settings(node_parameters):
-    return ObstacleSettings.read(node_parameters("obstacle_detector").__getitem__)
+def settings():
+    return ObstacleSettings.read(node_config("sdc_perception", "obstacle_detector").__getitem__)
 
 
 @pytest.fixture
-def finder(settings, intrinsic):
-    return BodyFinder(settings, intrinsic)
+def finder(settings):
+    return BodyFinder(settings, INTRINSIC)
 
 
 @pytest.mark.parametrize("brightness", [1.0, 0.25])
@@ -59,10 +62,8 @@ def test_empty_road_has_no_body(finder, render, body, brightness):
 @pytest.mark.parametrize(
     ("kind", "yaw_rad", "speed_mps"), [("car", 0.0, 4.0), ("pedestrian", 1.5708, 1.4)]
 )
-def test_speed_and_heading_of_a_body_that_moves(
-    settings, intrinsic, render, body, kind, yaw_rad, speed_mps
-):
-    tracker = ObstacleTracker(settings, intrinsic)
+def test_speed_and_heading_of_a_body_that_moves(settings, render, body, kind, yaw_rad, speed_mps):
+    tracker = ObstacleTracker(settings, INTRINSIC)
     for number in range(30):
         time_s = 0.05 * number
         way_m = speed_mps * time_s
@@ -74,8 +75,8 @@ def test_speed_and_heading_of_a_body_that_moves(
     assert (one.x_m, one.y_m) == pytest.approx((there.x_m, there.y_m), abs=0.7)
 
 
-def test_body_that_stands_has_no_speed_while_the_car_moves(settings, intrinsic, render, body):
-    tracker = ObstacleTracker(settings, intrinsic)
+def test_body_that_stands_has_no_speed_while_the_car_moves(settings, render, body):
+    tracker = ObstacleTracker(settings, INTRINSIC)
     for number in range(20):
         pose = (0.4 * number, 0.0, 0.0)
         found = tracker.detect(render(body("car", 25.0), pose=pose), pose, 0.05 * number)
@@ -83,8 +84,8 @@ def test_body_that_stands_has_no_speed_while_the_car_moves(settings, intrinsic, 
     assert found[0].x_m == pytest.approx(25.0 + CAMERA_X_M + 2.35, abs=0.6)
 
 
-def test_bad_kind_is_refused(node_parameters):
-    parameters = node_parameters("obstacle_detector")
+def test_bad_kind_is_refused():
+    parameters = node_config("sdc_perception", "obstacle_detector")
     parameters["kinds"]["car"]["saturation"] = 300
     with pytest.raises(ValueError, match="kinds/car: saturation"):
         ObstacleSettings.read(parameters.__getitem__)

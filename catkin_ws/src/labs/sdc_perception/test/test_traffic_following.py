@@ -16,11 +16,11 @@ FRONT_M, POLE_BEYOND_M, SPARE_M = 2.35, 4.0, 0.4
 
 
 @pytest.fixture
-def parameters(node_parameters):
+def parameters():
     return {
         **node_config("sdc_package", "local_planner"),
-        **node_parameters("lane_follower"),
-        **node_parameters("traffic_follower"),
+        **node_config("sdc_perception", "lane_follower"),
+        **node_config("sdc_perception", "traffic_follower"),
     }
 
 
