@@ -41,26 +41,40 @@ def wheel(folder, version):
     return f"sumolib=={version} \\\n    --hash=sha256:{digest}\n"
 
 
-def prepare(project, *steps):
+@pytest.fixture
+def project(tmp_path):
+    """A project in which nothing is installed."""
+    shutil.copytree(ROOT / "docker", tmp_path / "project" / "docker")
+    shutil.copy(ROOT / "pyproject.toml", tmp_path / "project")
+    return tmp_path / "project"
+
+
+def prepare(project, *steps, status=0):
     """Run docker/prepare in a project whose only source of packages is its folder of wheels."""
     offline = {"PIP_NO_INDEX": "1", "PIP_FIND_LINKS": str(project / "wheels")}
-    return subprocess.run(
+    done = subprocess.run(
         [project / "docker" / "prepare", *steps],
         env={**os.environ, **offline, "PIP_CONFIG_FILE": os.devnull},
         capture_output=True,
         text=True,
-        check=True,
-    ).stderr
+        check=False,
+    )
+    assert done.returncode == status, done.stderr
+    return done.stderr
 
 
 def modules(project):
     return sorted(path.stem for path in (project / ".venv" / "packages").glob("sumolib_*.py"))
 
 
-def test_packages_are_installed_once_and_again_when_their_version_changes(tmp_path):
-    project = tmp_path / "project"
-    shutil.copytree(ROOT / "docker", project / "docker")
-    shutil.copy(ROOT / "pyproject.toml", project)
+@pytest.mark.parametrize("step", ["linters", pytest.param("browser", marks=pytest.mark.nightly)])
+def test_missing_connection_to_pypi_is_one_line(project, step):
+    line = prepare(project, step, status=1).splitlines()[-1]
+    assert line.startswith(f"prepare: {step} is not installed: PyPI cannot be reached")
+    assert line.endswith(f"run docker/prepare {step} with a connection")
+
+
+def test_packages_are_installed_once_and_again_when_their_version_changes(project, tmp_path):
     packages = project / "docker" / "venv-packages.txt"
     (project / ".maps").mkdir()
     packages.write_text(wheel(project / "wheels", "1.0") + "libsumo==1.0 --hash=sha256:0\n")

@@ -8,7 +8,7 @@ from finished_workspace import differences
 
 from sdc_workshop import check
 from sdc_workshop.regions import regions
-from sdc_workshop.steps import LABS, all_steps, find_step, load_steps
+from sdc_workshop.steps import LABS, WORKSHOP, all_steps, find_step, load_steps
 from sdc_workshop.workspace import (
     PROJECT,
     WorkspaceError,
@@ -50,13 +50,15 @@ def test_each_region_has_one_step_and_each_step_its_region():
             assert regions(solution(step.file).read_text())[number].title
 
 
-def test_new_workspace_is_unsolved_and_becomes_the_solution(tmp_path):
-    make(tmp_path / "ws")
-    unsolved = set(differences(tmp_path / "ws"))
-    assert unsolved == {step.file for step in load_steps() if step.file}
-    for step in load_steps():
+@pytest.mark.parametrize("lab", (WORKSHOP, *LABS))
+def test_new_workspace_is_unsolved_and_becomes_the_solution(tmp_path, lab):
+    make(tmp_path / "ws", lab)
+    assert lab_of(tmp_path / "ws") == lab
+    unsolved = set(differences(tmp_path / "ws", lab))
+    assert unsolved == {step.file for step in load_steps(lab) if step.file}
+    for step in load_steps(lab):
         solve(tmp_path / "ws", step)
-    assert differences(tmp_path / "ws") == []
+    assert differences(tmp_path / "ws", lab) == differences(tmp_path / "ws") == []
     assert os.access(tmp_path / "ws" / "src" / "sdc_package" / "scripts" / "camera.py", os.X_OK)
     assert os.path.samefile(tmp_path / "ws" / "workshop", PROJECT / "workshop")
     assert find(tmp_path / "ws" / "src" / "sdc_package") == tmp_path / "ws"
@@ -71,18 +73,6 @@ def test_steps_by_solution_are_noted_until_the_student_changes_them(tmp_path, mo
     assert solved_steps(tmp_path / "ws") == ["messages-1", "controller-2.7"]
     write(tmp_path / "ws", find_step("controller-2.7"), "    return 0.0\n")
     assert solved_steps(tmp_path / "ws") == ["messages-1"]
-
-
-@pytest.mark.parametrize("lab", LABS)
-def test_workspace_of_a_lab_has_the_finished_car_and_becomes_the_solution(tmp_path, lab):
-    folder = tmp_path / "ws"
-    make(folder, lab)
-    assert lab_of(folder) == lab
-    assert differences(folder) == [], "the car"
-    assert set(differences(folder, lab)) == {step.file for step in load_steps(lab) if step.file}
-    for step in load_steps(lab):
-        solve(folder, step)
-    assert differences(folder, lab) == []
 
 
 @pytest.mark.parametrize("lab", LABS)
