@@ -10,7 +10,6 @@ import rospkg
 import yaml
 
 from sdc_common.validation import DocumentError, is_number, suggestion
-from sdc_map.map_file import map_file as map_file  # its old place, for students' workspaces
 
 _TYPE_NAMES = {type(None): "nothing", dict: "a mapping", list: "a list"}
 
