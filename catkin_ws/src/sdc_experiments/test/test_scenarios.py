@@ -56,8 +56,7 @@ def test_drive_meets_the_limits_of_its_scenario(name):
         assert not lines, "\n".join(lines)
         folder = Path(drive.report_path).parent
         check_trace(name, folder / "report.csv")
-        if "stack" not in drive.arguments:
-            check_drive_in_process(name, folder)
+        check_drive_in_process(name, folder)
 
 
 @pytest.mark.parametrize(
@@ -65,7 +64,7 @@ def test_drive_meets_the_limits_of_its_scenario(name):
     [
         pytest.param(name, marks=[*([pytest.mark.nightly] if name in RARE else []), *on_map(name)])
         for name in NAMES
-        if name not in {*ALWAYS, "student_loops", "student_nodes"}
+        if name not in ALWAYS
     ],
 )
 def test_drive_in_process_meets_the_limits_of_its_scenario(name, tmp_path):

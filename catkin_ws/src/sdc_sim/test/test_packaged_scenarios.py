@@ -25,8 +25,6 @@ EXPECTED = {
     "slow_leader",
     "late_start",
     "night",
-    "student_loops",
-    "student_nodes",
     "traffic_lights",
     "town_motorway",
     "town_right_before_left",

@@ -66,7 +66,6 @@ route:
   - straight_m: 50
   - {right_deg: 90, radius_m: 12, transition_m: 6}
 vehicle: bmw_320i
-stack: student_nodes
 camera: true
 sync: false
 seed: 7
@@ -91,7 +90,7 @@ def test_all_keys_of_a_scenario_are_read(tmp_path):
     path = write(tmp_path, WHOLE)
     scenario = load_scenario(path)
     assert (scenario.path, scenario.about) == (path, "a bit of everything")
-    assert (scenario.vehicle, scenario.stack) == ("bmw_320i", "student_nodes")
+    assert scenario.vehicle == "bmw_320i"
     assert (scenario.camera, scenario.sync) == (True, False)
     assert scenario.route == [
         {"straight_m": 50.0},

@@ -28,11 +28,10 @@ def arguments(tmp_path, text, **given):
 def test_each_key_of_a_scenario_reaches_its_argument(tmp_path):
     got = arguments(
         tmp_path,
-        "route: town\nvehicle: bmw_320i\nstack: student_nodes\nfriction: 0.5\nstart: {left_m: 1}",
+        "route: town\nvehicle: bmw_320i\nfriction: 0.5\nstart: {left_m: 1}",
     )
     assert got["obstacles_path"] == str(tmp_path / "mine.yaml")
     assert got["waypoints_path"] == os.path.join(folder_of("route"), "waypoints.csv")
-    assert got["stack"] == os.path.join(folder_of("stack"), "student_nodes.launch")
     assert yaml.safe_load(got["sim_options"]) == {
         "friction": 0.5,
         "start": {"left_m": 1.0},

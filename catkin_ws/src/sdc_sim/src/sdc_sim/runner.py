@@ -87,8 +87,6 @@ def prepare(scenario: Scenario, report_path: str, given: Mapping[str, str]) -> d
         on_map = {"map": map_path(scenario, options.get("seed", 0)), "goal": goal, **given}
         on_map["sim_options"] = options_text(options)
         own.update(launch_arguments(report_path, on_map))
-    if scenario.stack is not None and not given.get("workspace"):
-        own["stack"] = find_packaged("stack", scenario.stack, scenario.path)
     if scenario.sensors is not None:
         find_packaged("sensors", scenario.sensors, scenario.path)
         own["sensors"] = scenario.sensors

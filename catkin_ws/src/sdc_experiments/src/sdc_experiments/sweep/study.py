@@ -114,7 +114,7 @@ def load_study(path: str) -> Study:
         document.path,
         values.get("about", ""),
         stack,
-        tuple(_scenario(document, at, stack, folder) for at in range(len(values["scenarios"]))),
+        tuple(_scenario(document, at, folder) for at in range(len(values["scenarios"]))),
         {
             name: setting(name, value, "settings", name)
             for name, value in values.get("settings", {}).items()
@@ -159,11 +159,10 @@ def _check_whole(document: YamlDocument, study: Study) -> None:
             raise ValueError(f"these are {count} drives; {most}")
 
 
-def _scenario(document: YamlDocument, index: int, stack: str, folder: str) -> str:
+def _scenario(document: YamlDocument, index: int, folder: str) -> str:
     name = document.values["scenarios"][index]
     if name.endswith(".yaml"):
         name = os.path.normpath(os.path.join(folder, os.path.expanduser(name)))
     with _at(document, "scenarios", index):
-        if load_scenario(find_scenario(name)).stack is not None and stack != ROS:
-            raise ValueError(f"'{name}' names a stack of nodes; add 'stack: ros' or remove it")
+        load_scenario(find_scenario(name))
     return name

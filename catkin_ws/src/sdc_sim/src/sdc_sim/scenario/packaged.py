@@ -1,4 +1,4 @@
-"""Look up what the packages contain: scenarios, routes, vehicles, stacks and configurations."""
+"""Look up what the packages contain: scenarios, routes, vehicles and configurations."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ from sdc_sim.yaml_document import packaged_config
 # Package, folder and file ending of what a scenario names.
 _FOLDERS = {
     "scenario": ("sdc_sim", "scenarios", ".yaml"),
-    "stack": ("sdc_sim", "scenarios/stacks", ".launch"),
     "vehicle": ("sdc_sim", "config/vehicles", ".yaml"),
     "sensors": ("sdc_sim", "config/sensors", ".yaml"),
     "route": ("sdc_common", "data", ".csv"),
@@ -166,7 +165,7 @@ def find_packaged(kind: str, name: str, place: str) -> str:
     """Return the path of a packaged file.
 
     Args:
-        kind: scenario, stack, vehicle or sensors
+        kind: scenario, vehicle or sensors
         name: its name without extension
         place: where the name is written, for the error message
 

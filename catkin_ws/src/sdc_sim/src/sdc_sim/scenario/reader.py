@@ -25,7 +25,6 @@ class Scenario:
     goals: list = field(default_factory=list)
     vehicle: str | None = None  # name of a vehicle preset; None if not given
     sensors: str | None = None  # name of a file of config/sensors; None if not given
-    stack: str | None = None  # name of the software that drives; None if not given
     camera: bool = False  # whether tests render the camera
     sync: bool = True  # whether tests drive in lockstep
     sim: dict = field(default_factory=dict)  # options of config/sim.yaml
