@@ -69,7 +69,12 @@ class Road:
         # Mask (M,) of the samples that lie, in the same direction, on an earlier lap.
         self.repeats = self._find_repeats()
         own = np.flatnonzero(~(self.repeats[:-1] & self.repeats[1:]))
-        self._segments = SegmentIndex(self.points_m[own], self.points_m[own + 1], _REACH_M)
+        # All segments near points are found with a KD-tree of their middles; `Polyline.nearest` is
+        # faster for one point and a few segments.
+        self._starts, self._steps = self.points_m[own], self.points_m[own + 1] - self.points_m[own]
+        self._middles = cKDTree(self._starts + 0.5 * self._steps)
+        longest_m = float(np.linalg.norm(self._steps, axis=1).max())
+        self._radius_m = _REACH_M + 0.5 * longest_m
 
     def _sample(self, route: np.ndarray) -> None:
         s_route = np.array(Polyline(route.tolist()).s)
@@ -149,37 +154,7 @@ class Road:
             lower_m: least offset, positive to the left of the route, at most 10 m away [m]
             upper_m: largest offset [m]
         """
-        return self._segments.between(np.asarray(points_m, float).reshape(-1, 2), lower_m, upper_m)
-
-
-class SegmentIndex:
-    """Finds all segments near points, with a KD-tree of the segments' middles.
-
-    `Polyline.nearest` is faster for one point and a few segments.
-    """
-
-    def __init__(self, starts_m: np.ndarray, ends_m: np.ndarray, reach_m: float):
-        """Build the tree.
-
-        Args:
-            starts_m: (N, 2) start points of the segments [m]
-            ends_m: (N, 2) end points of the segments [m]
-            reach_m: segments farther from a point than this are ignored [m]
-        """
-        self._starts = starts_m
-        self._steps = ends_m - starts_m
-        self._middles = cKDTree(starts_m + 0.5 * self._steps)
-        longest_m = float(np.linalg.norm(self._steps, axis=1).max())
-        self._radius_m = reach_m + 0.5 * longest_m
-
-    def between(self, points_m: np.ndarray, lower_m: float, upper_m: float) -> np.ndarray:
-        """Return which points (N, 2) have a signed distance in this range from any segment (N,).
-
-        Args:
-            points_m: (N, 2) points [m]
-            lower_m: least distance, positive to the left of the segment, within reach [m]
-            upper_m: largest distance [m]
-        """
+        points_m = np.asarray(points_m, float).reshape(-1, 2)
         inside = np.zeros(len(points_m), bool)
         for first in range(0, len(points_m), _POINTS_AT_ONCE):
             part = points_m[first : first + _POINTS_AT_ONCE]

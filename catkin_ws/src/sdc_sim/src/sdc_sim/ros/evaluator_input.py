@@ -60,31 +60,22 @@ class EvaluatorInput:
         evaluator.odometry_topic = odometry_topic or ego + "/odometry"
         self._wall_clock = wall_clock
         self._has_commands = False
+
+        def stamped(event: str, field: str) -> Callable[[Any], bool]:
+            """Return the method that adds a field of a message with a header as this event."""
+            return lambda one: evaluator.add(event, one.header.stamp.to_nsec(), getattr(one, field))
+
         # Odometry is last: a sim in lockstep starts when the referee subscribes to it, and by then
         # the referee must be subscribed to all other topics.
         self.topics = {
             ROUTE_TOPIC: (AnyMsg, self.route),
             PATH_TOPIC: (AnyMsg, self.local_path),
-            REASON_TOPIC: (
-                SpeedReason,
-                lambda one: evaluator.add("reason", one.header.stamp.to_nsec(), one.reason),
-            ),
-            DETAIL_TOPIC: (
-                SpeedReason,
-                lambda one: evaluator.add("detail", one.header.stamp.to_nsec(), one.reason),
-            ),
-            "/camera/lane_offset": (
-                LaneOffset,
-                lambda one: evaluator.add("lane_offset", one.header.stamp.to_nsec(), one.offset_m),
-            ),
+            REASON_TOPIC: (SpeedReason, stamped("reason", "reason")),
+            DETAIL_TOPIC: (SpeedReason, stamped("detail", "reason")),
+            "/camera/lane_offset": (LaneOffset, stamped("lane_offset", "offset_m")),
             ego + "/vehicle_control_cmd": (AnyMsg, self.command),
             ego + "/ackermann_cmd": (AckermannDrive, self.target),
-            ego + "/collision": (
-                CarlaCollisionEvent,
-                lambda one: evaluator.add(
-                    "collision", one.header.stamp.to_nsec(), one.other_actor_id
-                ),
-            ),
+            ego + "/collision": (CarlaCollisionEvent, stamped("collision", "other_actor_id")),
             ego + "/obstacles": (ObstacleArray, self.obstacles),
             "/carla/traffic_lights/info": (CarlaTrafficLightInfoList, self.light_info),
             "/carla/traffic_lights/status": (CarlaTrafficLightStatusList, self._add_lights),
