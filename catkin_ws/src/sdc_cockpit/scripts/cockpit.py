@@ -4,6 +4,7 @@
 import argparse
 import asyncio
 import concurrent.futures
+import functools
 import threading
 import time
 from dataclasses import replace
@@ -30,30 +31,30 @@ from sdc_cockpit.drive_view import EGO, DriveView
 from sdc_cockpit.driving import PERSON, STACK, RemoteDriving
 from sdc_cockpit.graph_view import LogLines, node_rows
 from sdc_cockpit.live_parameters import change_parameter, live_parameters
-from sdc_cockpit.pictures import DriveSpeed, PictureEncoder, RateLimit
+from sdc_cockpit.pictures import DriveSpeed, RateLimit, jpeg_file, mask_png
 from sdc_cockpit.topic_feeds import Feed, TopicFeeds, decoded, seconds_of, stamp_of
 from sdc_cockpit.viewers import Viewers
 from sdc_common.ros.conversion import command_message
 from sdc_common.ros.drive_master import running_node
 from sdc_common.ros.node import LoopPublisher, parameter, refuse, spin_with
 from sdc_common.ros.refusal import refusing
-from sdc_common.validation import check_positive
+from sdc_common.validation import check_between, check_positive
 from sdc_sim.manual_control.keyboard import KeyboardControlRates
 from sdc_sim.scenario.packaged import folder_of
 
 CAMERA = EGO + "/camera/rgb/front/image_color"
 LANE_MASK = "/camera/lane_mask"
 LANE_OVERLAY = "/perception/lane_overlay"
-PICTURES = (CAMERA, LANE_MASK, LANE_OVERLAY)
+# Their kinds on the page.
+PICTURES = {
+    CAMERA: protocol.CAMERA,
+    LANE_MASK: protocol.LANE_MASK,
+    LANE_OVERLAY: protocol.LANE_OVERLAY,
+}
 UPDATE_S = 0.05
 NODES_EVERY_S = 2.0
 IDLE_STATE_EVERY_S = 0.5
 LAST_MESSAGE_S = 0.2
-
-
-def shown_map():
-    """Return the path of the map of streets of the drive, "" without one."""
-    return rospy.get_param("/sim/map_path", "")
 
 
 def command_line():
@@ -69,11 +70,11 @@ class Cockpit:
         rospy.init_node("cockpit")
         cv2.setNumThreads(1)
         try:
-            self.encoder = PictureEncoder(parameter("jpeg_quality"))
-            per_second = parameter("pictures_per_second")
-            self.limits = {topic: RateLimit(per_second) for topic in PICTURES}
+            self.jpeg_quality = parameter("jpeg_quality")
             self.lockstep_rest_s = parameter("lockstep_rest_s")
+            check_between(1, 100, jpeg_quality=self.jpeg_quality)
             check_positive(lockstep_rest_s=self.lockstep_rest_s)
+            self.limits = {one: RateLimit(parameter("pictures_per_second")) for one in PICTURES}
             self.driving = RemoteDriving(
                 KeyboardControlRates(**parameter("manual_control")["rates"]),
                 parameter("driver_timeout_s"),
@@ -84,7 +85,7 @@ class Cockpit:
         self.full_speed_mps = parameter("full_speed_mps")
         options = command_line()
         self.drives = DriveRunner(options.drive_command, options.drives_folder, self.on_drive_end)
-        self.scenarios = scenario_names()
+        self.scenarios = sorted(path.stem for path in Path(folder_of("scenario")).glob("*.yaml"))
         self.address = parameter("address")
         self.access = Access(new_token(), is_loopback(self.address))
         try:
@@ -95,26 +96,25 @@ class Cockpit:
         self.log = LogLines()
         self.loop = None
         self.publishing = threading.Lock()
-        self.overridden = False
-        self.other_driver = False
+        self.overridden = self.other_driver = False
         self.next_nodes_s = self.next_state_s = 0.0
         self.drive_speed = DriveSpeed()
         self.executor = concurrent.futures.ThreadPoolExecutor(max_workers=4)
         self.master = rosgraph.Master(rospy.get_name())
         # What the messages of a page do, by their type; all other types are services of the world.
         self.actions = {
-            "drawn": self.count_picture,
+            "drawn": lambda viewer, values: viewer.drawn(values["picture"]),
             "keys": self.control,
             "pedals": self.control,
             "show": self.show_mask,
             "obstacle": self.place_obstacle,
             "goal": self.set_goal,
-            "set": self.set_parameter,
+            "set": lambda _, values: self.begin(change_parameter, values["name"], values["value"]),
             "start": self.request_drive,
-            "stop": self.request_stop,
+            "stop": lambda *_: self.begin(self.stop_drive),
             "drive": self.take_car,
             "release": self.release_car,
-            "reverse": self.reverse,
+            "reverse": lambda viewer, _: self.driving.toggle_reverse(viewer.number),
         }
 
         self.command_publisher = LoopPublisher(
@@ -126,41 +126,32 @@ class Cockpit:
         self.goal_publisher = rospy.Publisher("/move_base_simple/goal", PoseStamped, queue_size=10)
         self.click_publisher = rospy.Publisher("/clicked_point", PointStamped, queue_size=10)
 
-        self.view = DriveView(time.time, self.on_odometry, shown_map)
-        self.feeds = TopicFeeds(
-            [
-                Feed(CAMERA, picture=True, callback=self.on_camera),
-                *self.view.feeds,
-                Feed(LANE_MASK, picture=True, callback=self.on_mask),
-                Feed(LANE_OVERLAY, picture=True, callback=self.on_overlay),
-            ]
+        self.view = DriveView(
+            time.time, self.on_odometry, lambda: rospy.get_param("/sim/map_path", "")
         )
+        camera, *lanes = (
+            Feed(topic, picture=True, callback=functools.partial(self.on_picture, topic))
+            for topic in PICTURES
+        )
+        self.feeds = TopicFeeds([camera, *self.view.feeds, *lanes])
         rospy.Subscriber("/rosout", Log, self.log.add)
         rospy.Subscriber(EGO + "/vehicle_control_manual_override", Bool, self.on_override)
 
-    def on_camera(self, message):
-        self.on_picture(CAMERA, protocol.CAMERA, message, self.encoder.jpeg)
-
-    def on_mask(self, message):
-        self.on_picture(LANE_MASK, protocol.LANE_MASK, message, self.encoder.mask_png)
-
-    def on_overlay(self, message):
-        self.on_picture(LANE_OVERLAY, protocol.LANE_OVERLAY, message, self.encoder.jpeg)
-
-    def on_picture(self, topic, kind, message, encode):
+    def on_picture(self, topic, message):
+        kind = PICTURES[topic]
         if not self.viewers.wanted(kind):
             return
         with refusing(topic):
             stamp = stamp_of(message)
-            stamp_s = seconds_of(stamp)
-            now_s = time.monotonic()
+            stamp_s, now_s = seconds_of(stamp), time.monotonic()
             self.drive_speed.add(now_s, stamp_s)
             if not self.limits[topic].admits(now_s):
                 return
             if self.drive_speed.is_lockstep:
                 self.feeds.rest(topic, self.lockstep_rest_s)
             picture = decoded(message, Image)
-            file = encode(picture)
+            is_mask = topic == LANE_MASK
+            file = mask_png(picture) if is_mask else jpeg_file(picture, self.jpeg_quality)
             wall_s = self.view.wall_time_of(stamp)
             self.in_loop(self.viewers.broadcast_picture, kind, stamp_s, wall_s, file)
 
@@ -182,17 +173,13 @@ class Cockpit:
         # Two threads call it: of two messages, the later one must have the later content.
         with self.publishing:
             command = self.driving.step(time.monotonic(), self.view.speed_mps)
-            self.publish_override()
+            if self.driving.overrides != self.overridden:
+                self.overridden = self.driving.overrides
+                self.override_publisher.publish(self.overridden)
             if command is not None:
                 stamp_ns = rospy.Time(*(self.view.stamp or (0, 0))).to_nsec()
                 command = replace(command, stamp_ns=stamp_ns)
                 self.command_publisher.publish(command_message(command, CarlaVehicleControl))
-
-    def publish_override(self):
-        overrides = self.driving.overrides
-        if overrides != self.overridden:
-            self.overridden = overrides
-            self.override_publisher.publish(overrides)
 
     # The methods that the server calls.
 
@@ -228,9 +215,6 @@ class Cockpit:
         else:
             action(viewer, values)
 
-    def count_picture(self, viewer, values):
-        viewer.drawn(values["picture"])
-
     def control(self, viewer, values):
         self.driving.control(viewer.number, values, time.monotonic())
 
@@ -247,15 +231,9 @@ class Cockpit:
         goal.pose.position.x, goal.pose.position.y = values["x"], values["y"]
         self.goal_publisher.publish(goal)
 
-    def set_parameter(self, _viewer, values):
-        self.executor.submit(self.reported, change_parameter, values["name"], values["value"])
-
     def request_drive(self, _viewer, values):
         arguments = drive_arguments(values["scenario"], values["arguments"], self.scenarios)
-        self.executor.submit(self.reported, self.start_drive, values["scenario"], arguments)
-
-    def request_stop(self, _viewer, _values):
-        self.executor.submit(self.reported, self.stop_drive)
+        self.begin(self.start_drive, values["scenario"], arguments)
 
     def take_car(self, viewer, _values):
         self.driving.take(viewer.number, time.monotonic())
@@ -264,9 +242,6 @@ class Cockpit:
     def release_car(self, viewer, _values):
         self.driving.release(viewer.number)
         self.publish_command()
-
-    def reverse(self, viewer, _values):
-        self.driving.toggle_reverse(viewer.number)
 
     def call_sim(self, name):
         try:
@@ -279,6 +254,9 @@ class Cockpit:
     def notice(self, level, text):
         message = protocol.json_message("notice", level=level, text=text)
         self.in_loop(self.viewers.broadcast, message, True)
+
+    def begin(self, action, *arguments):
+        self.executor.submit(self.reported, action, *arguments)
 
     def reported(self, action, *arguments):
         """Call what a page asked for, and report to all pages how it went."""
@@ -383,11 +361,6 @@ class Cockpit:
             self.override_publisher.publish(False)
             time.sleep(LAST_MESSAGE_S)
         self.in_loop(self.loop.stop)
-
-
-def scenario_names():
-    folder = folder_of("scenario")
-    return sorted(path.stem for path in Path(folder).glob("*.yaml"))
 
 
 if __name__ == "__main__":

@@ -1,10 +1,8 @@
 """What the page shows of the newest messages."""
 
-import io
-
 import pytest
-import rospy
 from nav_msgs.msg import Odometry
+from page_messages import receive
 from sdc_msgs.msg import BaseWaypoint, LaneOffset, Path, SpeedReason
 
 from sdc_cockpit.drive_view import (
@@ -18,25 +16,9 @@ from sdc_cockpit.drive_view import (
 from sdc_common.ros.odometry import GROUND_TRUTH
 
 
-def encoded(message, stamp_s):
-    """Return a message as a subscriber of any type receives it."""
-    if hasattr(message, "header"):
-        message.header.stamp = rospy.Time.from_sec(stamp_s)
-    buffer = io.BytesIO()
-    message.serialize(buffer)
-    received = rospy.AnyMsg()
-    received._buff = buffer.getvalue()
-    received._connection_header = {"md5sum": message._md5sum, "type": message._type}
-    return received
-
-
 @pytest.fixture
 def view():
     return DriveView(lambda: 100.0, lambda: None)
-
-
-def receive(view, topic, message, stamp_s):
-    next(feed for feed in view.feeds if feed.topic == topic).receive(encoded(message, stamp_s))
 
 
 def odometry(y_m=0.0):

@@ -11,8 +11,9 @@ import cv2
 import numpy as np
 import pytest
 import tornado.websocket
+from page_messages import read_picture
 
-from sdc_cockpit.protocol import LANE_OVERLAY, read_picture
+from sdc_cockpit.protocol import LANE_OVERLAY
 
 ROOT = Path(__file__).resolve().parents[4]
 SHORT = {"camera": False, "sync": True}

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from sensor_msgs.msg import Image
 
-from sdc_cockpit.pictures import DriveSpeed, PictureEncoder, RateLimit
+from sdc_cockpit.pictures import DriveSpeed, RateLimit, jpeg_file, mask_png
 
 
 def image(pixels, encoding):
@@ -38,7 +38,7 @@ def test_lockstep_is_faster_than_real_time(speed, is_lockstep):
 def test_colours_of_the_camera_arrive():
     pixels = np.zeros((48, 64, 4), np.uint8)
     pixels[:, :, :3] = (200, 90, 10)
-    file = PictureEncoder(90).jpeg(image(pixels, "bgra8"))
+    file = jpeg_file(image(pixels, "bgra8"), 90)
     decoded = cv2.imdecode(np.frombuffer(file, np.uint8), cv2.IMREAD_COLOR)
     assert np.abs(decoded[24, 32].astype(int) - (200, 90, 10)).max() < 8
 
@@ -46,7 +46,7 @@ def test_colours_of_the_camera_arrive():
 def test_mask_arrives_exactly():
     pixels = np.zeros((48, 64), np.uint8)
     pixels[10:20, 30:40] = 255
-    file = PictureEncoder(90).mask_png(image(pixels, "mono8"))
+    file = mask_png(image(pixels, "mono8"))
     decoded = cv2.imdecode(np.frombuffer(file, np.uint8), cv2.IMREAD_GRAYSCALE)
     assert (decoded == pixels).all()
 
@@ -55,6 +55,6 @@ def test_damaged_picture_is_refused():
     message = image(np.zeros((48, 64, 4), np.uint8), "bgra8")
     message.data = message.data[:100]
     with pytest.raises(ValueError, match="do not match"):
-        PictureEncoder(90).jpeg(message)
+        jpeg_file(message, 90)
     with pytest.raises(ValueError):
-        PictureEncoder(90).jpeg(image(np.zeros((48, 64, 4), np.uint8), "nonsense"))
+        jpeg_file(image(np.zeros((48, 64, 4), np.uint8), "nonsense"), 90)

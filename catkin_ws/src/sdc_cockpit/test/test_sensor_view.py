@@ -1,11 +1,11 @@
 """Points of the lidars and positions of the GNSS on the page."""
 
-import io
 import math
 
 import numpy as np
 import pytest
 import rospy
+from page_messages import receive
 from sensor_msgs.msg import NavSatFix, NavSatStatus, PointCloud2
 from std_msgs.msg import Header
 
@@ -15,15 +15,6 @@ from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
 from sdc_sim.ros.message_conversion import point_cloud_message
 
 FRONT, PLANAR = LIDARS
-
-
-def receive(view, topic, message):
-    buffer = io.BytesIO()
-    message.serialize(buffer)
-    received = rospy.AnyMsg()
-    received._buff = buffer.getvalue()
-    received._connection_header = {"md5sum": message._md5sum, "type": message._type}
-    next(feed for feed in view.feeds if feed.topic == topic).receive(received)
 
 
 def cloud(points):

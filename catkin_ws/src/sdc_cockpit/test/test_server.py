@@ -9,10 +9,11 @@ import pytest
 import tornado.httpclient
 import tornado.testing
 import tornado.websocket
+from page_messages import read_picture
 
 from sdc_cockpit import server
 from sdc_cockpit.access import Access
-from sdc_cockpit.protocol import CAMERA, Message, read_picture
+from sdc_cockpit.protocol import CAMERA, Message
 from sdc_cockpit.viewers import MAX_UNDRAWN, Viewers
 
 TOKEN = "secret"
@@ -37,6 +38,7 @@ class RecordingBackend:
         self.received, self.gone = [], []
 
     def joined(self, viewer):
+        self.viewer = viewer
         viewer.send(b'{"type":"hello"}')
 
     def left(self, viewer):
@@ -176,14 +178,13 @@ class ServerTest(tornado.testing.AsyncHTTPTestCase):
     @tornado.testing.gen_test
     async def test_page_that_draws_nothing_gets_no_more_pictures(self):
         connection = await self.connect()
-        viewer = next(iter(self.backend.viewers))
         for number in range(MAX_UNDRAWN + 5):
             self.backend.viewers.broadcast_picture(CAMERA, 0.1 * number, 2.0, b"file")
             await tornado.gen.sleep(0.01)
         numbers = [read_picture(await connection.read_message())[1] for _ in range(MAX_UNDRAWN)]
         assert numbers == list(range(1, MAX_UNDRAWN + 1))
         assert not self.backend.viewers.wanted(CAMERA)
-        viewer.drawn(MAX_UNDRAWN)
+        self.backend.viewer.drawn(MAX_UNDRAWN)
         self.backend.viewers.broadcast_picture(CAMERA, 1.0, 2.0, b"newest")
         assert read_picture(await connection.read_message())[4] == b"newest"
 

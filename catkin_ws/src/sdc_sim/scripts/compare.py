@@ -30,23 +30,18 @@ def main():
     try:
         a, b = load_report(arguments.a), load_report(arguments.b)
     except ReportReadError as error:
-        print(f"compare: {error}", file=sys.stderr)
-        return 1
+        sys.exit(f"compare: {error}")
     print(f"A: {a.name}\nB: {b.name}\n\n{as_table(differences(a.metrics, b.metrics))}\n")
     if a.trace is None or b.trace is None:
         print("no picture: a report has no trace (.csv) in its folder")
-        return 0
+        return
     try:
         draw_overlay(arguments.plot, a, b)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        print(
-            f"compare: {arguments.plot}: {reason}; name another file with --plot", file=sys.stderr
-        )
-        return 1
+        sys.exit(f"compare: {arguments.plot}: {reason}; name another file with --plot")
     print(f"both drives: {arguments.plot}")
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

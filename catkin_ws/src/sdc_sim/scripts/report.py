@@ -19,15 +19,13 @@ def main():
         path = os.path.join(path, "report.json")
     if is_complete(path) and os.path.exists(path):
         print(f"{path}: nothing is missing")
-        return 0
+        return
     try:
         complete_report(path)
     except ReportError as error:
-        print(f"report: {error}", file=sys.stderr)
-        return 1
+        sys.exit(f"report: {error}")
     print(f"{path}: completed from the events of its drive")
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -20,10 +20,10 @@ import rospkg
 _REPORT, _PAGE, _LOG, _DRIVE = "report.json", "report.html", "drive.log", "drive.json"
 _METRICS = (
     "status",
+    "driving_score",
     "route_completion_percent",
     "duration_s",
     "cross_track_rms_m",
-    "driving_score",
 )
 _MAX_LISTED = 50
 _COMPARE_LIMIT_S = 60.0
@@ -87,13 +87,9 @@ class DriveRunner:
             command = ["setpriv", "--pdeathsig", "TERM", self._command, *arguments]
             command += ["headless:=true", "cockpit:=false", f"report:={place / _REPORT}"]
             with open(place / _LOG, "wb") as log:
+                streams = {"stdin": subprocess.DEVNULL, "stdout": log, "stderr": subprocess.STDOUT}
                 self._process = subprocess.Popen(
-                    command,
-                    cwd=place,
-                    stdin=subprocess.DEVNULL,
-                    stdout=log,
-                    stderr=subprocess.STDOUT,
-                    start_new_session=True,
+                    command, cwd=place, start_new_session=True, **streams
                 )
             self._name = name
         waiting = (self._process, place, arguments)

@@ -227,14 +227,8 @@ def _command(message: Any) -> dict[str, Any]:
 
 
 def _box(pose: Any, size: Any) -> list[float]:
-    numbers = (
-        pose.position.x,
-        pose.position.y,
-        yaw_from_quaternion(pose.orientation),
-        size.x,
-        size.y,
-        size.z,
-    )
+    yaw = yaw_from_quaternion(pose.orientation)
+    numbers = (pose.position.x, pose.position.y, yaw, size.x, size.y, size.z)
     if not all(map(math.isfinite, numbers)):
         raise ValueError("a number of a box is not finite")
     return [round(number, 3) for number in numbers]

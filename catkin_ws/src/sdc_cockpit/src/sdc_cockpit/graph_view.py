@@ -12,8 +12,6 @@ from rosgraph_msgs.msg import Log
 _REMEMBERED_LINES = 300
 _MAX_CHARACTERS = 400
 _LEVELS = {Log.DEBUG: "debug", Log.INFO: "info", Log.WARN: "warn", Log.ERROR: "error"}
-
-
 # rospy writes it as information whenever a node that ends closes its connections.
 _CLOSED_CONNECTION = "Inbound TCP/IP connection failed"
 
@@ -28,11 +26,10 @@ class LogLines:
 
     def add(self, message: Any) -> None:
         """Add a rosgraph_msgs/Log."""
-        line = {
-            "level": _level(message),
-            "node": message.name.lstrip("/"),
-            "text": message.msg[:_MAX_CHARACTERS],
-        }
+        level, text = _LEVELS.get(message.level, "fatal"), message.msg[:_MAX_CHARACTERS]
+        if text.startswith(_CLOSED_CONNECTION):
+            level = "debug"
+        line = {"level": level, "node": message.name.lstrip("/"), "text": text}
         with self._lock:
             self._lines.append(line)
             self._new = [*self._new, line][-_REMEMBERED_LINES:]
@@ -47,12 +44,6 @@ class LogLines:
         with self._lock:
             new, self._new = self._new, []
             return new
-
-
-def _level(message: Any) -> str:
-    if message.msg.startswith(_CLOSED_CONNECTION):
-        return "debug"
-    return _LEVELS.get(message.level, "fatal")
 
 
 def node_rows(master: rosgraph.Master, rates: dict[str, float]) -> list[dict[str, Any]]:

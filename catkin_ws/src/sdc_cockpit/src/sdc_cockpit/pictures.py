@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from cv_bridge import CvBridge, CvBridgeError
 from sensor_msgs.msg import Image
 
-from sdc_common.ros.conversion import check_image
-from sdc_common.validation import check_between, check_positive
+from sdc_common.validation import check_positive
+from sdc_sim.ros.picture_messages import pixels_of
 
 # A picture that is early by this share of the period is not too early: pictures arrive unevenly.
 _EARLY_SHARE = 0.4
@@ -55,51 +54,27 @@ class DriveSpeed:
             self._measured_at = (now_s, stamp_s)
 
 
-class PictureEncoder:
-    """Encodes messages of type sensor_msgs/Image.
-
-    Args:
-        jpeg_quality: 1..100
+def jpeg_file(message: Image, quality: float) -> bytes:
+    """Return a camera picture as a JPEG file of a quality of 1 to 100.
 
     Raises:
-        ValueError: the quality is outside its range
+        ValueError: the picture is not valid
     """
+    return _encoded(".jpg", pixels_of(message), [cv2.IMWRITE_JPEG_QUALITY, int(quality)])
 
-    def __init__(self, jpeg_quality: int):
-        check_between(1, 100, jpeg_quality=jpeg_quality)
-        self._jpeg = [cv2.IMWRITE_JPEG_QUALITY, int(jpeg_quality)]
-        self._bridge = CvBridge()
 
-    def jpeg(self, message: Image) -> bytes:
-        """Return a camera picture as a JPEG file.
+def mask_png(message: Image) -> bytes:
+    """Return a lane mask as a PNG file with one bit for each pixel.
 
-        Raises:
-            ValueError: the picture is not valid
-        """
-        return _encoded(".jpg", self._pixels(message, "bgr8"), self._jpeg)
-
-    def mask_png(self, message: Image) -> bytes:
-        """Return a lane mask as a PNG file with one bit for each pixel.
-
-        Raises:
-            ValueError: the mask is not valid
-        """
-        options = [cv2.IMWRITE_PNG_BILEVEL, 1, cv2.IMWRITE_PNG_COMPRESSION, 1]
-        return _encoded(".png", self._pixels(message, "mono8"), options)
-
-    def _pixels(self, message: Image, encoding: str) -> np.ndarray:
-        check_image(message)
-        try:
-            return self._bridge.imgmsg_to_cv2(message, encoding)
-        except (CvBridgeError, TypeError) as error:
-            raise ValueError(str(error)) from error
+    Raises:
+        ValueError: the mask is not valid
+    """
+    options = [cv2.IMWRITE_PNG_BILEVEL, 1, cv2.IMWRITE_PNG_COMPRESSION, 1]
+    return _encoded(".png", pixels_of(message, "mono8"), options)
 
 
 def _encoded(ending: str, pixels: np.ndarray, options: list) -> bytes:
     try:
-        done, file = cv2.imencode(ending, pixels, options)
+        return cv2.imencode(ending, pixels, options)[1].tobytes()
     except cv2.error as error:
         raise ValueError(str(error)) from error
-    if not done:
-        raise ValueError("the picture cannot be encoded")
-    return file.tobytes()

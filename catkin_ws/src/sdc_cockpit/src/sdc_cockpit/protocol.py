@@ -22,7 +22,6 @@ MAX_MESSAGE_BYTES = 4096
 MAX_PICTURE_NUMBER = 2**32 - 1
 # Kind, number, stamp in simulated time [s], wall time at which this stamp was new [s].
 _PICTURE_HEADER = struct.Struct("<BxxxIdd")
-PICTURE_HEADER_BYTES = _PICTURE_HEADER.size
 CAMERA, LANE_MASK, LANE_OVERLAY = 1, 2, 3
 
 
@@ -90,12 +89,6 @@ def picture_message(kind: int, number: int, stamp_s: float, wall_s: float, file:
         file: content of the JPEG or PNG file
     """
     return _PICTURE_HEADER.pack(kind, number & MAX_PICTURE_NUMBER, stamp_s, wall_s) + file
-
-
-def read_picture(message: bytes) -> tuple[int, int, float, float, bytes]:
-    """Return the arguments of `picture_message`."""
-    kind, number, stamp_s, wall_s = _PICTURE_HEADER.unpack_from(message)
-    return kind, number, stamp_s, wall_s, message[PICTURE_HEADER_BYTES:]
 
 
 def json_message(kind: str, **values: Any) -> bytes:

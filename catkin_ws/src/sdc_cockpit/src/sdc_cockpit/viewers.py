@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any, Iterable
+from typing import Any
 
 from sdc_cockpit.protocol import CAMERA, picture_message
 
@@ -62,9 +62,6 @@ class Viewers:
 
     def __len__(self) -> int:
         return len(self._viewers)
-
-    def __iter__(self) -> Iterable[Viewer]:  # type: ignore[override]
-        return iter(list(self._viewers.values()))
 
     def add(self, connection: Any) -> Viewer:
         """Add a page."""

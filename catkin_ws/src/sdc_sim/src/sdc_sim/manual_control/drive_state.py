@@ -8,12 +8,13 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from cv_bridge import CvBridge, CvBridgeError
 from sensor_msgs.msg import Image
 
 from sdc_common.ros.odometry import pose_and_speed
+from sdc_common.validation import check_positive
 from sdc_sim.manual_control import hud
 from sdc_sim.ros.evaluator_input import obstacle_box
+from sdc_sim.ros.picture_messages import pixels_of
 from sdc_sim.ros.waypoint_messages import waypoint_rows
 
 _MAX_NOTICES = 4
@@ -33,8 +34,7 @@ class DriveState:
     """
 
     def __init__(self, notice_s: float, clock: Callable[[], float] = time.monotonic):
-        if not notice_s > 0.0:
-            raise ValueError(f"notice_s must be positive, got {notice_s}")
+        check_positive(notice_s=notice_s)
         self.stamp: Any = None  # stamp of the newest odometry; None if there is none
         self.pose: tuple[float, float, float] | None = None  # x, y [m], yaw [rad]; None if unknown
         self.path: list[tuple] = []  # rows of x, y [m], target speed [m/s]
@@ -46,7 +46,6 @@ class DriveState:
         self._readings: dict[str, Any] = {}
         self._obstacle_kinds: dict[int, str] = {}
         self._pictures: dict[str, Image] = {}
-        self._bridge = CvBridge()
 
     def on_odometry(self, odometry: Any) -> None:
         """Store pose and speed of a nav_msgs/Odometry.
@@ -106,15 +105,7 @@ class DriveState:
             ValueError: the picture is not valid.
         """
         message = self._pictures.get(topic)
-        if message is None:
-            return None
-        try:
-            picture = self._bridge.imgmsg_to_cv2(message, "bgr8")
-        except (CvBridgeError, TypeError) as error:
-            raise ValueError(f"the picture is not valid: {error}") from error
-        if 0 in picture.shape:
-            raise ValueError("the picture is empty")
-        return picture
+        return None if message is None else pixels_of(message)
 
     def readings(self, is_manual: bool, client_fps: float) -> dict[str, Any]:
         """Return the readings of the head-up display by name, without those that are unknown.

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
+from sdc_common.validation import check_positive
 from sdc_sim.camera.painting import FIXED_POINT_BITS, footprint
 from sdc_sim.camera.rasterizer import fill
 from sdc_sim.road.network_markings import world_markings
@@ -37,12 +38,8 @@ class MapView:
     """
 
     def __init__(self, m_per_pixel: float, full_speed_mps: float, size: tuple = (640, 480)):
-        if not m_per_pixel > 0.0:
-            raise ValueError(f"the scale of the map must be positive, got {m_per_pixel}")
-        speed_colours([], full_speed_mps)
-        self._m_per_pixel = m_per_pixel
-        self._full_speed_mps = full_speed_mps
-        self._size = size
+        check_positive(m_per_pixel=m_per_pixel, full_speed_mps=full_speed_mps)
+        self._m_per_pixel, self._full_speed_mps, self._size = m_per_pixel, full_speed_mps, size
         self._reach_m = m_per_pixel * math.hypot(*size) + 10.0
         self._markings: RoadMarkings | None = None
 
@@ -104,10 +101,8 @@ class MapView:
         bodies = [(*row, _OBSTACLE) for row in _finite_rows(obstacles, 5).tolist()]
         x, y, yaw = pose
         c, s = _WINDSCREEN_AHEAD_M * math.cos(yaw), _WINDSCREEN_AHEAD_M * math.sin(yaw)
-        bodies += [
-            (*pose, *_CAR_SIZE_M, _CAR),
-            (x + c, y + s, yaw, *_WINDSCREEN_SIZE_M, _GLASS),
-        ]
+        bodies.append((*pose, *_CAR_SIZE_M, _CAR))
+        bodies.append((x + c, y + s, yaw, *_WINDSCREEN_SIZE_M, _GLASS))
         for x, y, yaw, length, width, colour in bodies:
             fill(canvas, fixed_point(footprint((x, y), yaw, (length, width))), colour)
         return canvas

@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 import rospy
 from sensor_msgs.msg import Image
 
-from sdc_common.ros.conversion import check_image
 from sdc_sim.evaluation.drive_evaluation import PICTURE
 
 _SNAPSHOT_PX, _SNAPSHOT_QUALITY = 480, 80
@@ -30,12 +29,7 @@ class CameraSnapshots:
     An image is about a megabyte, so the topic is subscribed to only while one is due.
     """
 
-    def __init__(
-        self,
-        topics: Sequence[str],
-        count: int,
-        add: Callable[..., object],
-    ):
+    def __init__(self, topics: Sequence[str], count: int, add: Callable[..., object]):
         """Plan the snapshots.
 
         Args:
@@ -109,12 +103,12 @@ class CameraSnapshots:
 def encode_jpeg(message: Image, width_px: int, quality: int) -> str | None:
     """Return a small JPEG in base64, or None if the encoding or size is not supported."""
     import cv2  # a drive without a camera needs neither
-    from cv_bridge import CvBridge, CvBridgeError
+
+    from sdc_sim.ros.picture_messages import pixels_of
 
     try:
-        check_image(message)
-        pixels = CvBridge().imgmsg_to_cv2(message, "bgr8")
-    except (CvBridgeError, TypeError, ValueError):
+        pixels = pixels_of(message)
+    except ValueError:
         return None
     scale = min(1.0, width_px / message.width)
     small = cv2.resize(pixels, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)

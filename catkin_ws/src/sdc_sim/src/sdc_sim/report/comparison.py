@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sdc_common.validation import is_number
 from sdc_sim.report.writer import companion
 
 # The first line is wide and pale, so that both are visible where they agree.
@@ -95,21 +96,17 @@ def _flat(metrics: dict) -> dict:
     return flat
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
-
-
 def _difference(a: Any, b: Any) -> str:
     if a == b:
         return ""
-    if not (_is_number(a) and _is_number(b)):
+    if not (is_number(a) and is_number(b)):
         return "differs"
     share = f" ({100.0 * (b - a) / abs(a):+.1f} %)" if a else ""
     return f"{b - a:+.4g}{share}"
 
 
 def _shown(value: Any) -> str:
-    if _is_number(value):
+    if is_number(value):
         small = isinstance(value, float) and abs(value) < 1000.0
         return f"{value:.4g}" if small else f"{value:.0f}"
     return "-" if value is None else str(value)
@@ -126,12 +123,7 @@ def as_table(rows: Iterable) -> str:
 
 
 def draw_overlay(path: str, a: Report, b: Report) -> None:
-    """Draw both drives on one map, and their speed and errors over the distance.
-
-    Args:
-        path: of the image
-        a: the first report, with a trace
-        b: the second report, with a trace
+    """Draw two drives with a trace on one map, and their speed and errors over the distance.
 
     Raises:
         OSError: the image cannot be written

@@ -33,15 +33,7 @@ _MAX_PICTURE_CHARACTERS = 6_000_000
 
 
 def write_html(path: str, result: DriveEvaluation) -> None:
-    """Write the page of a drive.
-
-    Args:
-        path: of the page
-        result: the evaluated drive
-
-    Raises:
-        OSError: the file cannot be written
-    """
+    """Write the page of a drive."""
     with open(path, "w", encoding="utf-8") as file:
         file.write(html_of(result))
 

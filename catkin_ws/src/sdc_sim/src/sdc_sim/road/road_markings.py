@@ -105,11 +105,6 @@ def speed_colours(speeds_mps: Sequence[float] | np.ndarray, full_speed_mps: floa
 
     Returns:
         (N, 3) red, green and blue in 0..1
-
-    Raises:
-        ValueError: `full_speed_mps` is not positive
     """
-    if not full_speed_mps > 0.0:
-        raise ValueError(f"the speed that is shown green must be positive, got {full_speed_mps}")
     share = np.asarray(speeds_mps, dtype=float) / full_speed_mps
     return np.stack([np.interp(share, (0.0, 0.5, 1.0), one) for one in zip(*_SPEED_COLOURS)], -1)

@@ -29,14 +29,6 @@ _EGO_HEIGHT_M = 1.5
 # Length along the lane and height of a traffic light's trigger volume.
 _LINE_DEPTH_M = 1.0
 _LINE_HEIGHT_M = 2.0
-_CLASSES = {
-    "car": Object.CLASSIFICATION_CAR,
-    "van": Object.CLASSIFICATION_CAR,
-    "ambulance": Object.CLASSIFICATION_CAR,
-    "lorry": Object.CLASSIFICATION_TRUCK,
-    "bicycle": Object.CLASSIFICATION_BIKE,
-    "pedestrian": Object.CLASSIFICATION_PEDESTRIAN,
-}
 _MARKER_SHARE = 0.3  # opacity
 _CERTAIN = 255
 
@@ -254,9 +246,10 @@ def _object(world: World, one: ObstacleState) -> Object:
         shape=SolidPrimitive(SolidPrimitive.BOX, one.size_m),
     )
     message.twist.linear = map_vector(one.yaw_rad, one.speed_mps, 0.0)
-    if one.kind in _CLASSES:
+    shown_as = KINDS[one.kind].shown_as
+    if shown_as:
         message.object_classified = True
-        message.classification = _CLASSES[one.kind]
+        message.classification = getattr(Object, "CLASSIFICATION_" + shown_as)
         message.classification_certainty = _CERTAIN
         message.classification_age = world.simulation.tick
     return message

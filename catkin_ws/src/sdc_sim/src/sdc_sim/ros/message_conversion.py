@@ -82,11 +82,14 @@ def map_pose(frame_id: str, pose: Pose) -> tuple[float, float, float]:
     Raises:
         ValueError: as map_point, or the orientation is not a unit quaternion
     """
-    x, y = map_point(frame_id, pose.position)
-    q = pose.orientation
+    return *map_point(frame_id, pose.position), yaw_from_quaternion(unit(pose.orientation))
+
+
+def unit(q: Quaternion) -> Quaternion:
+    """Return a quaternion if it is a unit quaternion, else raise ValueError."""
     if not 0.9 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 1.1:
         raise ValueError("its orientation is not a unit quaternion")
-    return x, y, yaw_from_quaternion(q)
+    return q
 
 
 def command_of(message: Any) -> Command:

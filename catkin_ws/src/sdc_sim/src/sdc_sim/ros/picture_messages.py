@@ -8,19 +8,20 @@ from typing import IO, NamedTuple, Sequence
 import cv2
 import numpy as np
 import rospy
+from cv_bridge import CvBridge, CvBridgeError
 from geometry_msgs.msg import Pose, PoseStamped
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 
+from sdc_common.ros.conversion import check_image
 from sdc_sim.camera.camera_model import CameraModel
+from sdc_sim.ros.message_conversion import unit
 
 # Limits of the spectator's camera: the renderer draws a view near the horizon.
 _MAX_SPECTATOR_M = 50.0
 _MAX_SPECTATOR_PITCH_RAD = 0.49
 _LEAST_SPECTATOR_HEIGHT_M = 0.2
-
-
 # As image_transport's default.
 _JPEG_QUALITY = 80
 
@@ -44,6 +45,19 @@ class _Picture(Image):
         buff.seek(-4, 1)  # back over the length of the empty last field
         buff.write(len(self.data).to_bytes(4, "little"))
         buff.write(self.data)
+
+
+def pixels_of(message: Image, encoding: str = "bgr8") -> np.ndarray:
+    """Return the pixels of an image in an encoding.
+
+    Raises:
+        ValueError: the image is not valid, or cannot be converted
+    """
+    try:
+        check_image(message)
+        return CvBridge().imgmsg_to_cv2(message, encoding)
+    except (CvBridgeError, TypeError) as error:
+        raise ValueError(str(error)) from error
 
 
 def image_message(picture: np.ndarray, stamp: rospy.Time, frame: str = "") -> Image:
@@ -106,9 +120,7 @@ def camera_mount(pose: Pose, view: Sequence[float] = (1.0, 0.0, 0.0)) -> CameraM
     Raises:
         ValueError: the orientation is not a unit quaternion, or the pose is beyond the limits
     """
-    place, q = pose.position, pose.orientation
-    if not 0.9 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 1.1:
-        raise ValueError("its orientation is not a unit quaternion")
+    place, q = pose.position, unit(pose.orientation)
     forward, left, up = Rotation.from_quat([q.x, q.y, q.z, q.w]).apply(view).tolist()
     pitch = -math.asin(min(max(up, -1.0), 1.0))
     if not (

@@ -270,11 +270,8 @@ class SimulationTopics:
 
     def _lane_invasion(self, world: World) -> list[carla.CarlaLaneInvasionEvent]:
         crossed = self.lane_invasions.update(world.simulation.outline)
-        return (
-            [carla.CarlaLaneInvasionEvent(world.header(world.role_name), crossed)]
-            if crossed
-            else []
-        )
+        event = carla.CarlaLaneInvasionEvent(world.header(world.role_name), crossed)
+        return [event] if crossed else []
 
     def _markers(self, world: World) -> list[MarkerArray]:
         if world.simulation.tick % self._display_ticks:
