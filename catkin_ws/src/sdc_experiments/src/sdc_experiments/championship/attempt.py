@@ -118,14 +118,7 @@ def run(options: SimpleNamespace) -> int:
 
 
 def write_record(record: Path, result: Mapping[str, Any], name: str, source: str) -> str:
-    """Write the record of a driver, and beside it the driver's file; return what names both.
-
-    Args:
-        record: path of the record
-        result: its content
-        name: name of the driver's file
-        source: content of that file, "" without one
-    """
+    """Write the record of a driver, and its file if it has one; return what names both."""
     record.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     if not source:
         return f"the record {record}"

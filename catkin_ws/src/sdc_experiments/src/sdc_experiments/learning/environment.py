@@ -13,6 +13,7 @@ from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.polyline import Place
 from sdc_experiments.closed_loop import conditions
 from sdc_experiments.learning import observation as obs
+from sdc_sim.camera.boxes import obstacle_box, traffic_light_box
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.physics.traffic_lights import RED, YELLOW
@@ -168,11 +169,8 @@ class SdcEnvironment(gymnasium.Env):
             state.yaw_rate_radps,
             state.steer,
             *self._rows[round(place.s_m)],
+            *self._obstacle_ahead(observation, place.s_m),
         ]
-        if observation.obstacles or observation.traffic_lights:
-            values += self._obstacle_ahead(observation, place.s_m)
-        else:
-            values += obs.NO_OBSTACLE
         return np.array(values, np.float32)
 
     def _obstacle_ahead(self, observation: Snapshot, s_m: float) -> tuple[float, float, float]:
@@ -201,13 +199,8 @@ class SdcEnvironment(gymnasium.Env):
     def _picture(self, observation: Snapshot) -> np.ndarray:
         if self._renderer is None:
             self._renderer = Renderer(Road(self._setup.waypoints_m), self._camera)
-        state, boxes = observation.state, []
-        if observation.obstacles or observation.traffic_lights:
-            # It imports the node of the camera.
-            from sdc_sim.camera.boxes import obstacle_box, traffic_light_box
-
-            boxes = [*map(obstacle_box, observation.obstacles)]
-            boxes += map(traffic_light_box, observation.traffic_lights)
+        state, boxes = observation.state, [*map(obstacle_box, observation.obstacles)]
+        boxes += map(traffic_light_box, observation.traffic_lights)
         light = self._setup.parameters["daylight"]
         picture = self._renderer.render(state.x_m, state.y_m, state.yaw_rad, boxes, light)
         return cv2.cvtColor(picture, cv2.COLOR_BGRA2RGB)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Callable, Iterable, Sequence
+from typing import Callable, Sequence
 
 import numpy as np
 from scipy.optimize import brentq
 from scipy.special import j0
 
 from sdc_common.geometry.polyline import Place, Polyline
+from sdc_sim.road.route_generator import curvature_profile
 
 CurvatureProfile = Callable[[float], float]
 
@@ -61,21 +62,10 @@ class Course:
         return any(start <= s_m <= end for start, end in self.measured)
 
 
-def curvature_profile(
-    pieces: Iterable[tuple[float, float]],
-) -> tuple[CurvatureProfile, list[float]]:
-    """Return the curvature over arc length of a road of pieces with linear curvature.
-
-    Args:
-        pieces: length of each piece and curvature at its end [m, 1/m]; the first begins straight
-
-    Returns:
-        the curvature as a function of the arc length, and the arc lengths of the pieces' ends,
-        which begin with 0 [m]
-    """
-    lengths, values = np.array([(0.0, 0.0), *pieces]).T
-    ends = np.cumsum(lengths)
-    return lambda s_m: float(np.interp(s_m, ends, values)), ends.tolist()
+def _piecewise(name: str, knots_m: np.ndarray, curvatures: np.ndarray, *measured: tuple) -> Course:
+    """Return a course whose curvature is linear between knots."""
+    length_m = float(knots_m[-1])
+    return Course(name, lambda s: float(np.interp(s, knots_m, curvatures)), length_m, measured)
 
 
 def lane_change() -> Course:
@@ -105,10 +95,11 @@ def figure_eight() -> Course:
     Errors count on the second half of each circle, where the car is in a steady state.
     """
     circle, bend = 64.0 * 1.5 * math.pi, 1.0 / 64.0
-    pieces = [(30.0, 0.0), (40.0, bend), (circle, bend), (80.0, -bend), (circle, -bend)]
-    curvature_at, ends = curvature_profile([*pieces, (40.0, 0.0)])
-    measured = [(ends[2] + 0.5 * circle, ends[3]), (ends[4] + 0.5 * circle, ends[5])]
-    return Course("figure-eight", curvature_at, ends[-1], measured)
+    pieces = [(0.0, 0.0), (30.0, 0.0), (40.0, bend), (circle, bend), (80.0, -bend), (circle, -bend)]
+    lengths, curvatures = np.array([*pieces, (40.0, 0.0)]).T
+    ends = np.cumsum(lengths)
+    halves = (ends[2] + 0.5 * circle, ends[3]), (ends[4] + 0.5 * circle, ends[5])
+    return _piecewise("figure-eight", ends, curvatures, *halves)
 
 
 def road_course() -> Course:
@@ -116,16 +107,14 @@ def road_course() -> Course:
 
     The paper uses a road of its own, which is not published.
     """
-    pieces = [(40.0, 0.0)]
+    elements = [{"straight_m": 40.0}]
     # Radius [m], positive left, angle [deg], and length of the straight after the bend [m].
     for radius, angle, straight in (
         *((80.0, 70.0, 30.0), (-60.0, 90.0, 0.0), (70.0, 60.0, 50.0), (200.0, 40.0, 0.0)),
         *((-100.0, 80.0, 20.0), (-65.0, 45.0, 0.0), (60.0, 100.0, 40.0), (-150.0, 50.0, 0.0)),
     ):
-        entry = 25.0
-        arc = abs(radius) * math.radians(angle) - entry
-        pieces += [(entry, 1.0 / radius), (arc, 1.0 / radius), (entry, 0.0)]
-        pieces += [(straight, 0.0)] if straight else []
-    pieces.append((60.0, 0.0))
-    curvature_at, ends = curvature_profile(pieces)
-    return Course("road course", curvature_at, ends[-1], [(20.0, ends[-1] - 30.0)])
+        side = "left_deg" if radius > 0.0 else "right_deg"
+        elements.append({side: angle, "radius_m": abs(radius), "transition_m": 25.0})
+        elements += [{"straight_m": straight}] if straight else []
+    knots_m, curvatures = curvature_profile([*elements, {"straight_m": 60.0}])
+    return _piecewise("road course", knots_m, curvatures, (20.0, knots_m[-1] - 30.0))

@@ -108,15 +108,10 @@ def snider_car() -> tuple[VehicleParameters, Axles]:
     )
 
 
-def understeering(car: VehicleParameters, gradient: float = UNDERSTEER) -> VehicleParameters:
-    """Return the same car with a softer front axle.
-
-    Args:
-        car: the car
-        gradient: amount by which its understeer gradient grows [rad/(m/s^2)]
-    """
+def understeering(car: VehicleParameters) -> VehicleParameters:
+    """Return the same car with a softer front axle: its understeer gradient is UNDERSTEER more."""
     front_load = car.mass_kg * car.rear_axle_m / car.wheelbase_m
-    stiffness = front_load / (front_load / car.front_cornering_stiffness_n_per_rad + gradient)
+    stiffness = front_load / (front_load / car.front_cornering_stiffness_n_per_rad + UNDERSTEER)
     return replace(car, front_cornering_stiffness_n_per_rad=stiffness)
 
 

@@ -20,6 +20,8 @@ from sdc_sim.scenario.reader import load_scenario
 from sdc_sim.yaml_document import YamlDocument, load_yaml, schema, validate
 
 MAX_CELLS = 1_000_000
+# What decides about the results, besides the files.
+_IDENTITY = ("stack", "scenarios", "settings", "factors", "seeds")
 _DEFAULT_METRICS = ("cross_track_rms_m", "driving_score")
 _DEFAULT_TIMEOUT_S = 300.0
 
@@ -75,11 +77,7 @@ class Study:
     def identity(self) -> dict[str, Any]:
         """Return what decides about the results, as plain data of JSON."""
         return {
-            "stack": self.stack,
-            "scenarios": list(self.scenarios),
-            "settings": self.settings,
-            "factors": {name: list(values) for name, values in self.factors.items()},
-            "seeds": list(self.seeds),
+            **{name: getattr(self, name) for name in _IDENTITY},
             "files": {
                 path: hashlib.sha256(Path(path).read_bytes()).hexdigest()
                 for path in self.files()
