@@ -117,12 +117,8 @@ class Cockpit:
             "reverse": lambda viewer, _: self.driving.toggle_reverse(viewer.number),
         }
 
-        self.command_publisher = LoopPublisher(
-            EGO + "/vehicle_control_cmd_manual", CarlaVehicleControl
-        )
-        self.override_publisher = LoopPublisher(
-            EGO + "/vehicle_control_manual_override", Bool, latch=True
-        )
+        self.commands = LoopPublisher(EGO + "/vehicle_control_cmd_manual", CarlaVehicleControl)
+        self.overrides = LoopPublisher(EGO + "/vehicle_control_manual_override", Bool, latch=True)
         self.goal_publisher = rospy.Publisher("/move_base_simple/goal", PoseStamped, queue_size=10)
         self.click_publisher = rospy.Publisher("/clicked_point", PointStamped, queue_size=10)
 
@@ -175,11 +171,11 @@ class Cockpit:
             command = self.driving.step(time.monotonic(), self.view.speed_mps)
             if self.driving.overrides != self.overridden:
                 self.overridden = self.driving.overrides
-                self.override_publisher.publish(self.overridden)
+                self.overrides.publish(self.overridden)
             if command is not None:
                 stamp_ns = rospy.Time(*(self.view.stamp or (0, 0))).to_nsec()
                 command = replace(command, stamp_ns=stamp_ns)
-                self.command_publisher.publish(command_message(command, CarlaVehicleControl))
+                self.commands.publish(command_message(command, CarlaVehicleControl))
 
     # The methods that the server calls.
 
@@ -358,7 +354,7 @@ class Cockpit:
     def on_shutdown(self):
         self.drives.end()
         if self.overridden:
-            self.override_publisher.publish(False)
+            self.overrides.publish(False)
             time.sleep(LAST_MESSAGE_S)
         self.in_loop(self.loop.stop)
 

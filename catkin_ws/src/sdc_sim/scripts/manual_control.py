@@ -4,6 +4,7 @@
 import threading
 import time
 from dataclasses import replace
+from functools import partial
 
 import rospy
 from carla_msgs.msg import (
@@ -27,11 +28,12 @@ from sdc_sim.manual_control import keyboard
 from sdc_sim.manual_control.drive_state import DriveState
 from sdc_sim.manual_control.hud import Hud
 from sdc_sim.manual_control.map_view import MapView
+from sdc_sim.ros.picture_messages import pixels_of
 from sdc_sim.ros.waypoint_messages import waypoint_rows
 
 EGO = "/carla/ego_vehicle"
 PICTURE_TOPICS = (EGO + "/camera/rgb/front/image_color", "/camera/lane_mask")
-PICTURE_BUFFER_BYTES = 4 * 1024 * 1024
+BUFFER_BYTES = 4 * 1024 * 1024
 MAP = "map"
 LAST_MESSAGE_S = 0.2
 
@@ -45,33 +47,22 @@ class ManualControl:
             self.control = keyboard.KeyboardControl(rates)
             self.map_view = MapView(**parameter("map"))
             self.state = DriveState(parameter("notice_s"))
-            self.window = ImageWindow(
-                "hand control", frames_per_second=parameter("frames_per_second")
-            )
+            rate = {"frames_per_second": parameter("frames_per_second")}
+            self.window = ImageWindow("hand control", **rate)
         except (TypeError, ValueError) as error:
             refuse(f"{error}; correct it in config/manual_control.yaml")
         except NoDisplay as error:
             refuse(error)
         self.hud = Hud()
         self.show_panel, self.show_help = True, False
-        self.views = [*PICTURE_TOPICS, MAP]
+        self.views, self.pictures = [*PICTURE_TOPICS, MAP], {}
 
-        self.command_publisher = LoopPublisher(
-            EGO + "/vehicle_control_cmd_manual", CarlaVehicleControl
-        )
-        self.override_publisher = LoopPublisher(
-            EGO + "/vehicle_control_manual_override", Bool, latch=True
-        )
+        self.commands = LoopPublisher(EGO + "/vehicle_control_cmd_manual", CarlaVehicleControl)
+        self.overrides = LoopPublisher(EGO + "/vehicle_control_manual_override", Bool, latch=True)
         self.reset_service = rospy.ServiceProxy("/sim/reset", Trigger)
 
-        for topic in PICTURE_TOPICS:
-            rospy.Subscriber(
-                *(topic, Image, self.state.on_picture, topic),
-                buff_size=PICTURE_BUFFER_BYTES,
-                queue_size=1,
-                tcp_nodelay=True,
-            )
         for topic, message_class, handle, queue_size in (
+            *((one, Image, partial(self.pictures.__setitem__, one), 1) for one in PICTURE_TOPICS),
             (true_odometry_topic(EGO), Odometry, self.state.on_odometry, 1),
             (EGO + "/vehicle_status", CarlaEgoVehicleStatus, self.state.on_status, 1),
             (EGO + "/obstacles", ObstacleArray, self.state.on_obstacles, 1),
@@ -84,6 +75,7 @@ class ManualControl:
             rospy.Subscriber(
                 *(topic, message_class, self.on_message, (topic, handle)),
                 queue_size=queue_size,
+                buff_size=BUFFER_BYTES,
                 tcp_nodelay=True,
             )
 
@@ -128,7 +120,7 @@ class ManualControl:
         """Take control, or return it to the stack."""
         self.is_manual = is_manual
         self.control.reset()
-        self.override_publisher.publish(is_manual)
+        self.overrides.publish(is_manual)
 
     def on_shutdown(self):
         self.set_manual(False)
@@ -139,7 +131,7 @@ class ManualControl:
         command = replace(
             self.control.step(held, self.window.clock.get_time() / 1e3), stamp_ns=stamp_ns
         )
-        self.command_publisher.publish(command_message(command, CarlaVehicleControl))
+        self.commands.publish(command_message(command, CarlaVehicleControl))
 
     def picture(self):
         """Return the picture of the selected view, or None if there is none."""
@@ -147,7 +139,7 @@ class ManualControl:
         if view == MAP:
             return state.pose and self.map_view.picture(state.pose, state.path, state.obstacles)
         with refusing(view):
-            return state.picture(view)
+            return pixels_of(self.pictures[view]) if view in self.pictures else None
         return None
 
     def show_frame(self):

@@ -99,10 +99,7 @@ class Evaluator:
 
 
 def evaluate_events(events: Iterable[list]) -> DriveEvaluation:
-    """Return the evaluated drive, with its whole trace.
-
-    Args:
-        events: of a drive whose route is known
+    """Return the evaluated drive of these events, with its whole trace.
 
     Raises:
         ValueError: the events have no route
@@ -112,9 +109,8 @@ def evaluate_events(events: Iterable[list]) -> DriveEvaluation:
     if head is None:
         raise ValueError("the drive has no route")
     _, points_m, rules = head
-    drive = DriveEvaluation(
-        EvaluationRules(**rules), road_route(np.array(points_m)), keep_trace=True
-    )
+    route = road_route(np.array(points_m))
+    drive = DriveEvaluation(EvaluationRules(**rules), route, keep_trace=True)
     for event in events:
         drive.apply(event)
     return drive

@@ -7,14 +7,10 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-from sensor_msgs.msg import Image
-
 from sdc_common.ros.odometry import pose_and_speed
 from sdc_common.validation import check_positive
 from sdc_sim.manual_control import hud
 from sdc_sim.ros.evaluator_input import obstacle_box
-from sdc_sim.ros.picture_messages import pixels_of
 from sdc_sim.ros.waypoint_messages import waypoint_rows
 
 _MAX_NOTICES = 4
@@ -45,7 +41,6 @@ class DriveState:
         self._received_s: deque[float] = deque(maxlen=_COUNTED)
         self._readings: dict[str, Any] = {}
         self._obstacle_kinds: dict[int, str] = {}
-        self._pictures: dict[str, Image] = {}
 
     def on_odometry(self, odometry: Any) -> None:
         """Store pose and speed of a nav_msgs/Odometry.
@@ -93,19 +88,6 @@ class DriveState:
     def on_lane_invasion(self, event: Any) -> None:
         """Show a notice for a CarlaLaneInvasionEvent."""
         self.notify(hud.crossed_line_text(event.crossed_lane_markings))
-
-    def on_picture(self, message: Image, topic: str) -> None:
-        """Store the newest picture of a topic."""
-        self._pictures[topic] = message
-
-    def picture(self, topic: str) -> np.ndarray | None:
-        """Return the picture of a topic as (H, W, 3) BGR uint8, or None if none arrived yet.
-
-        Raises:
-            ValueError: the picture is not valid.
-        """
-        message = self._pictures.get(topic)
-        return None if message is None else pixels_of(message)
 
     def readings(self, is_manual: bool, client_fps: float) -> dict[str, Any]:
         """Return the readings of the head-up display by name, without those that are unknown.

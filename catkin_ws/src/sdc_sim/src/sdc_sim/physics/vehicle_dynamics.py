@@ -9,7 +9,8 @@ single-track model.
 from __future__ import annotations
 
 from math import atan, sin, sqrt
-from typing import TYPE_CHECKING, Any, Tuple
+from types import SimpleNamespace
+from typing import Tuple
 
 from sdc_common.piecewise_linear import linear_segments
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
@@ -30,15 +31,8 @@ Demand = Tuple[float, float, float, float, float, float, float]
 _MIN_LOAD_SHARE = 0.05
 
 
-class MotionConstants:
+class MotionConstants(SimpleNamespace):
     """The parameters of a vehicle, and what follows from them on one road, as attributes."""
-
-    def __init__(self, **values: Any):
-        vars(self).update(values)
-
-    if TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> Any: ...
 
     @classmethod
     def of(cls, p: VehicleParameters, friction: float, side_wind_mps: float) -> MotionConstants:

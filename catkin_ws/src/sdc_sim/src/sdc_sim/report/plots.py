@@ -224,13 +224,7 @@ def _draw_panels(panels: list[Axes], result: DriveEvaluation) -> None:
 
 
 def new_figure(width_in: float, height_in: float, font_size_pt: float) -> Figure:
-    """Return an empty figure.
-
-    Args:
-        width_in: width [inches]
-        height_in: height [inches]
-        font_size_pt: font size [points]
-    """
+    """Return an empty figure of a width and a height [inches] with a font size [points]."""
     matplotlib.rcParams.update(
         {**_PAGE["style"], "font.size": font_size_pt, "legend.fontsize": 0.9 * font_size_pt}
     )
@@ -250,15 +244,7 @@ def headline(metrics: dict) -> list[tuple[str, str]]:
 
 
 def write_png(path: str, result: DriveEvaluation) -> None:
-    """Write report.png: headline, map and panels on one wide page.
-
-    Args:
-        path: of the image
-        result: the evaluated drive
-
-    Raises:
-        OSError: the file cannot be written
-    """
+    """Write report.png: headline, map and panels on one wide page."""
     metrics = result.metrics
     status, shown = metrics["status"], headline(metrics)
     figure = new_figure(16.0, 9.0, 12.0)

@@ -46,7 +46,7 @@ def open_report(
     """Make the report's folder, remove an older report, and start the file of events.
 
     Args:
-        report_path: path of report.json
+        report_path: path of report.json, as in all functions below
         on_failure: called once, when an event cannot be written
 
     Raises:
@@ -69,9 +69,6 @@ def is_complete(report_path: str) -> bool:
 def complete_report(report_path: str) -> None:
     """Write what is missing of the report of a drive whose referee was killed.
 
-    Args:
-        report_path: path of report.json
-
     Raises:
         ReportError: there are no events of the drive, or a file cannot be written
     """
@@ -84,11 +81,7 @@ def complete_report(report_path: str) -> None:
 
 
 def write_report(report_path: str, result: DriveEvaluation) -> None:
-    """Write the trace and then, atomically, the metrics.
-
-    Args:
-        report_path: path of report.json
-        result: the evaluated drive
+    """Write the trace of an evaluated drive and then, atomically, the metrics.
 
     Raises:
         ReportError: a file cannot be written
@@ -126,11 +119,7 @@ def _complete(path: str) -> Iterator[str]:
 
 
 def write_pages(report_path: str, result: DriveEvaluation) -> None:
-    """Write report.png and report.html, each atomically.
-
-    Args:
-        report_path: path of report.json
-        result: the evaluated drive, with its whole trace
+    """Write report.png and report.html of a drive with its whole trace, each atomically.
 
     Raises:
         ReportError: a file cannot be written

@@ -5,14 +5,13 @@ from __future__ import annotations
 import copy
 import os
 import sys
-from typing import Any, Mapping, Sequence
+from typing import Any, Mapping
 
 import yaml
 
 from sdc_common.configuration import node_config as node_config  # its old place, for workspaces
 from sdc_common.configuration import package_folder
 from sdc_common.validation import DocumentError, suggestion
-from sdc_sim.road.route_generator import csv_lines, generate_route
 from sdc_sim.scenario.reader import Scenario
 from sdc_sim.sensors.model import SENSORS
 from sdc_sim.yaml_document import packaged_config
@@ -25,7 +24,6 @@ _FOLDERS = {
     "route": ("sdc_common", "data", ".csv"),
 }
 _ROUTES = {"town": "waypoints.csv"}
-_SPACING_M = 1.0
 
 
 def folder_of(kind: str) -> str:
@@ -128,20 +126,6 @@ def sim_options(scenario: Scenario, given: Mapping[str, Any]) -> dict[str, Any]:
             value = {**before, **value}
         options[name] = value
     return options
-
-
-def generated_lines(elements: Sequence[Mapping]) -> list[str]:
-    """Return the lines of the waypoint file of a list of straights and bends.
-
-    Raises:
-        RouteSpecError: the list is no route
-    """
-    spec = {
-        "elements": elements,
-        "spacing_m": _SPACING_M,
-        "start": {"x_m": 0.0, "y_m": 0.0, "heading_deg": 0.0},
-    }
-    return csv_lines(generate_route(spec))
 
 
 def find_route(scenario_path: str, route: str) -> str:

@@ -212,19 +212,10 @@ class Simulation:
         Raises:
             ValueError: a value is not finite or too large
         """
-        check_between(
-            -_MAX_SET_SPEED,
-            _MAX_SET_SPEED,
-            forward_mps=forward_mps,
-            left_mps=left_mps,
-            yaw_rate_radps=yaw_rate_radps,
-        )
-        self.vehicle.state = replace(
-            self.vehicle.state,
-            speed_mps=forward_mps,
-            lateral_speed_mps=left_mps,
-            yaw_rate_radps=yaw_rate_radps,
-        )
+        motion = {"speed_mps": forward_mps, "lateral_speed_mps": left_mps}
+        motion["yaw_rate_radps"] = yaw_rate_radps
+        check_between(-_MAX_SET_SPEED, _MAX_SET_SPEED, **motion)
+        self.vehicle.state = replace(self.vehicle.state, **motion)
 
     def set_disturbances(
         self, friction: float, side_wind_mps: float, odometry_noise: Mapping[str, float]
