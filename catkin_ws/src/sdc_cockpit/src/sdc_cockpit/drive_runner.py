@@ -87,9 +87,13 @@ class DriveRunner:
             command = ["setpriv", "--pdeathsig", "TERM", self._command, *arguments]
             command += ["headless:=true", "cockpit:=false", f"report:={place / _REPORT}"]
             with open(place / _LOG, "wb") as log:
-                streams = {"stdin": subprocess.DEVNULL, "stdout": log, "stderr": subprocess.STDOUT}
                 self._process = subprocess.Popen(
-                    command, cwd=place, start_new_session=True, **streams
+                    command,
+                    cwd=place,
+                    stdin=subprocess.DEVNULL,
+                    stdout=log,
+                    stderr=subprocess.STDOUT,
+                    start_new_session=True,
                 )
             self._name = name
         waiting = (self._process, place, arguments)
