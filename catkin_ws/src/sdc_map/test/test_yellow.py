@@ -16,9 +16,8 @@ NETWORK = """<net>
 
 
 @pytest.mark.parametrize(("limit", "seconds"), [(8.0, 3.0), (13.9, 3.0), (24.6, 5.0), (29.1, 6.0)])
-def test_yellow_is_as_long_as_the_limit_of_its_own_way_needs(tmp_path, limit, seconds):
-    path = tmp_path / "map.net.xml"
-    path.write_text(NETWORK.format(limit=limit))
-    lengthen_yellow(str(path))
-    phases = ElementTree.parse(path).iter("phase")
+def test_yellow_is_as_long_as_the_limit_of_its_own_way_needs(limit, seconds):
+    root = ElementTree.fromstring(NETWORK.format(limit=limit))
+    lengthen_yellow(root)
+    phases = root.iter("phase")
     assert [float(one.attrib["duration"]) for one in phases] == [30.0, seconds, 30.0, 3.0]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
-from typing import Any
+from typing import Any, Sequence
 
 import numpy as np
 
@@ -106,21 +106,29 @@ def _other_side(side: re.Match[str]) -> str:
     return _SIDES[side[0]]
 
 
-def mirror_net(root: ElementTree.Element) -> bool:
-    """Mirror the tree of a network of SUMO with traffic on the left; return whether it is one."""
-    if root.attrib.pop("lefthand", "false") not in ("true", "1"):
+def move_net(root: ElementTree.Element, shift_m: Sequence[float]) -> bool:
+    """Move the tree of a network of SUMO; mirror it first if traffic is on the left there.
+
+    Returns:
+        whether it is mirrored
+    """
+    is_left = root.attrib.pop("lefthand", "false") in ("true", "1")
+    if not (is_left or any(shift_m)):
         return False
+    sign = -1.0 if is_left else 1.0
+
+    def moved(x: str, y: str) -> tuple[str, str]:
+        return f"{float(x) - shift_m[0]:.4f}", f"{sign * (float(y) - shift_m[1]):.4f}"
+
     for element in root.iter():
-        for name in ("shape", "customShape", "outlineShape"):
-            if element.get(name):
-                points = (point.split(",") for point in element.attrib[name].split())
-                rows = (",".join([x, _negated(y), *z]) for x, y, *z in points)
-                element.set(name, " ".join(rows))
-        if "y" in element.attrib:
-            element.set("y", _negated(element.attrib["y"]))
-        if "dir" in element.attrib:
+        for name in [name for name in element.attrib if name.lower().endswith("shape")]:
+            points = (point.split(",") for point in element.attrib[name].split())
+            element.set(name, " ".join(",".join([*moved(x, y), *z]) for x, y, *z in points))
+        if {"x", "y"} <= {*element.attrib}:
+            element.attrib.update(zip("xy", moved(element.attrib["x"], element.attrib["y"])))
+        if is_left and "dir" in element.attrib:
             element.set("dir", element.attrib["dir"].translate(_TURNS))
-    return True
+    return is_left
 
 
 def _negated(number: str) -> str:

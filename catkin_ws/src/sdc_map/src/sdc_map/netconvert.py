@@ -12,8 +12,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from sdc_map.findings import Findings
-from sdc_map.mirror import mirror_net
-from sdc_map.opendrive_file import moved_to_origin, read_opendrive
+from sdc_map.mirror import move_net
+from sdc_map.opendrive_file import read_opendrive, shift_to_origin
 from sdc_map.osm_file import read_osm
 from sdc_map.sumo_programs import MapError, cached, run
 from sdc_map.yellow import lengthen_yellow
@@ -47,10 +47,6 @@ _FIXES = {
 }
 
 
-# libsumo would look for data of projections, which are not installed.
-_PROJECTION = re.compile(b'projParameter="[^"]*"')
-
-
 @dataclass
 class MapSource:
     """The files of a map."""
@@ -82,8 +78,7 @@ def map_source(path: str) -> MapSource:
             if "mirrorOf" in root.attrib:
                 named = os.path.join(os.path.dirname(path), root.attrib["mirrorOf"])
                 return replace(map_source(named), is_mirror=True)
-            is_left = mirror_net(root)
-            net_path = _moved(path, root, findings, is_left)
+            net_path, is_left = _moved(path, root, findings)
             return MapSource(net_path, findings=findings, is_mirror=is_left)
         if tag == "OpenDRIVE":
             is_left = read_opendrive(root, findings)
@@ -130,31 +125,33 @@ def _parsed(path: str, tag: str) -> ElementTree.Element:
     return root
 
 
-def _moved(path: str, root: ElementTree.Element, findings: Findings, is_changed: bool) -> str:
-    """Return the path of a network of SUMO, or of a copy that is changed or moved to the origin."""
+def _moved(path: str, root: ElementTree.Element, findings: Findings) -> tuple[str, bool]:
+    """Return the path of a network of SUMO, or of a copy that is mirrored or near the origin.
+
+    Returns:
+        the path, and whether it is mirrored
+    """
     nodes = [node for node in root.iter("junction") if node.get("x")]
     places = np.array([[float(node.get(axis, "nan")) for axis in "xy"] for node in nodes])
     first = f"junction {nodes[0].get('id')}" if nodes else ""
-    moved = moved_to_origin(places.reshape(-1, 2), findings, first)
-    if not (findings.places or is_changed):
-        return path
-    x_m, y_m = places[0] - moved[0]
-    for node, place in zip(nodes, moved.tolist()):
-        node.attrib.update(zip("xy", map(repr, place)))
-    for element in root.iter():
-        for key in (name for name in element.attrib if name.lower().endswith("shape")):
-            points = [point.split(",") for point in element.attrib[key].split()]
-            element.attrib[key] = " ".join(
-                ",".join([f"{float(x) - x_m:.4f}", f"{float(y) - y_m:.4f}", *z])
-                for x, y, *z in points
-            )
-    content = _PROJECTION.sub(b'projParameter="!"', ElementTree.tostring(root), count=1)
+    shift_m = shift_to_origin(places.reshape(-1, 2), findings, first)
+    is_left = move_net(root, shift_m)
+    if not (findings.places or is_left):
+        return path, False
+    content = _text(root)
 
     def make(made: str) -> None:
         with open(os.path.join(made, "map.net.xml"), "wb") as file:
             file.write(content)
 
-    return os.path.join(cached(content, make), "map.net.xml")
+    return os.path.join(cached(content, make), "map.net.xml"), is_left
+
+
+def _text(root: ElementTree.Element) -> bytes:
+    """Return the text of a network; libsumo would look for data of projections."""
+    for location in root.iter("location"):
+        location.set("projParameter", "!")
+    return ElementTree.tostring(root)
 
 
 def _converted(path: str, files: dict[str, bytes], options: tuple[str, ...], fix: str) -> str:
@@ -167,10 +164,9 @@ def _converted(path: str, files: dict[str, bytes], options: tuple[str, ...], fix
                 file.write(data)
         net_path = os.path.join(made, "map.net.xml")
         run("netconvert", [*options, "--output-file=map.net.xml"], net_path, path, fix)
-        with open(net_path, "rb") as file:
-            network = file.read()
+        root = ElementTree.parse(net_path).getroot()
+        lengthen_yellow(root)
         with open(net_path, "wb") as file:
-            file.write(_PROJECTION.sub(b'projParameter="!"', network, count=1))
-        lengthen_yellow(net_path)
+            file.write(_text(root))
 
     return cached("\n".join((*options, "yellow", "")).encode() + b"".join(files.values()), make)

@@ -113,13 +113,13 @@ def _move(root: ElementTree.Element, findings: Findings) -> None:
     for (road, _), place in zip(rows, places):
         if not np.isfinite(place).all():
             raise ValueError(f"road {road.get('id')} is at {place.tolist()}; write numbers there")
-    moved = moved_to_origin(places, findings, f"road {rows[0][0].get('id')}" if rows else "")
-    for (_, piece), place in zip(rows, moved.tolist()):
+    shift_m = shift_to_origin(places, findings, f"road {rows[0][0].get('id')}" if rows else "")
+    for (_, piece), place in zip(rows, (places - shift_m).tolist() if any(shift_m) else ()):
         piece.attrib.update(zip("xy", map(repr, place)))
 
 
-def moved_to_origin(places: np.ndarray, findings: Findings, first: str) -> np.ndarray:
-    """Return places (N, 2), around the origin if they are coordinates of the Earth [m].
+def shift_to_origin(places: np.ndarray, findings: Findings, first: str) -> np.ndarray:
+    """Return the middle (2,) of places (N, 2) if they are coordinates of the Earth, else 0 [m].
 
     Args:
         places: the places [m]
@@ -127,11 +127,11 @@ def moved_to_origin(places: np.ndarray, findings: Findings, first: str) -> np.nd
         first: where the first of them is in the file
     """
     if not len(places) or not np.abs(places).max() > FARTHEST_M:
-        return places
+        return np.zeros(2)
     middle = (0.5 * (places.min(axis=0) + places.max(axis=0))).round(-2)
     x_m, y_m = (0.0 - middle).tolist()
     findings.add(f"places, moved by ({x_m:.0f}, {y_m:.0f}) m", first)
-    return places - middle
+    return middle
 
 
 def _remove_open_links(root: ElementTree.Element, findings: Findings) -> None:

@@ -133,7 +133,9 @@ def _draw(seed: int, options: str, made: str, name: str) -> None:
         streets = _bent(random, _with_kinds(random, streets))
         _Plain(random, streets).write(os.path.join(folder, "town"))
         run("netconvert", arguments, out, name, _FIX)
-    lengthen_yellow(out)  # It also leaves out the comment with the time of day.
+    tree = ElementTree.parse(out)  # It leaves out the comment with the time of day.
+    lengthen_yellow(tree.getroot())
+    tree.write(out)
     if is_left:
         right = f"{name}_right.net.xml"
         os.rename(out, os.path.join(made, right))

@@ -9,27 +9,26 @@ _REACTS_S = 1.0
 _BRAKES_MPS2 = 3.0
 
 
-def lengthen_yellow(net_path: str) -> None:
+def lengthen_yellow(root: ElementTree.Element) -> None:
     """Let lights be yellow so long that a car at the speed limit can pass if it cannot stop.
 
     netconvert gives the lights of OpenDRIVE 3 s, which is enough up to 50 km/h.
 
     Args:
-        net_path: path of SUMO's network, which is written again
+        root: the tree of SUMO's network
 
     Reference: D. Gazis, R. Herman and A. Maradudin, The Problem of the Amber Signal Light in
     Traffic Flow, Operations Research 8(1), 1960.
     """
-    tree = ElementTree.parse(net_path)
-    lanes = {lane.attrib["id"]: float(lane.attrib["speed"]) for lane in tree.iter("lane")}
+    lanes = {lane.attrib["id"]: float(lane.attrib["speed"]) for lane in root.iter("lane")}
     limits_mps = {
         (way.attrib["tl"], int(way.attrib["linkIndex"])): lanes[
             f"{way.attrib['from']}_{way.attrib['fromLane']}"
         ]
-        for way in tree.iter("connection")
+        for way in root.iter("connection")
         if "tl" in way.attrib
     }
-    for program in tree.iter("tlLogic"):
+    for program in root.iter("tlLogic"):
         for phase in program.iter("phase"):
             letters = phase.attrib["state"].lower()
             yellow = [index for index, letter in enumerate(letters) if letter == "y"]
@@ -39,4 +38,3 @@ def lengthen_yellow(net_path: str) -> None:
             least_s = round(_REACTS_S + limit_mps / (2.0 * _BRAKES_MPS2))
             if yellow and float(phase.attrib["duration"]) < least_s:
                 phase.set("duration", str(least_s))
-    tree.write(net_path, encoding="utf-8", xml_declaration=True)
