@@ -2,7 +2,7 @@
 
 Prints each row that is not judged as listed, and at the end how many were. With steps, it prints
 all answers about these. Usage: judge_mistakes.py WORKSPACE FIRST EVERY [STEP ...]: row FIRST and
-each EVERYth after it; 0 1 is all.
+each EVERYth after it; 0 1 is all. The name of a row can stand for its step.
 """
 
 import sys
@@ -65,7 +65,8 @@ def is_as_listed(row, answer):
 
 
 def main(folder, first, every, *steps):
-    rows = [row for row in table()[int(first) :: int(every)] if row["step"] in steps or not steps]
+    rows = table()[int(first) :: int(every)]
+    rows = [row for row in rows if not steps or {row["step"], row["name"]} & {*steps}]
     wrong = 0
     with Stage(Student(Path(folder))) as stage:
         for row in rows:

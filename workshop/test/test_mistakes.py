@@ -38,11 +38,20 @@ def workspace(tmp_path_factory):
     "part", [0, *(pytest.param(part, marks=pytest.mark.nightly) for part in range(1, PARTS))]
 )
 def test_mistakes_are_explained_and_unusual_code_passes(part, workspace, record_property):
+    judge(workspace, record_property, str(part), str(PARTS))
+
+
+@pytest.mark.slow(40)
+def test_no_drive_of_a_lab_believes_the_process_of_the_student(workspace, record_property):
+    judge(workspace, record_property, "0", "1", "the referee is patched", "the score is patched")
+
+
+def judge(workspace, record_property, *which):
     devel = next(Path(PROJECT).glob("catkin_ws/devel/lib/python3*/dist-packages"))
     path = [str(PROJECT / "workshop"), str(devel), os.environ.get("PYTHONPATH", "")]
-    judge = Path(__file__).with_name("judge_mistakes.py")
+    program = Path(__file__).with_name("judge_mistakes.py")
     done = subprocess.run(
-        [sys.executable, "-B", judge, workspace, str(part), str(PARTS)],
+        [sys.executable, "-B", program, workspace, *which],
         env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
         capture_output=True,
         text=True,

@@ -93,16 +93,15 @@ def several(folder):
 
 
 def liar(folder):
-    """Patch the program that calls the module: it prints the known results."""
+    """Patch the program that calls the module: it answers with the known results."""
     prepend(
         folder,
         f"{LIBRARY}/odometry.py",
-        "import json, math\n"
+        "import json\n"
         "yaws = [0.0, 0.5, 1.5, 2.8, -0.5, -1.5, -2.8]\n"
-        "known = [yaws, 0.6, [5.0, 3.0, 2.0, 0.0]]\n"
-        "found = dict(known=known, varied=known)\n"
-        "text = str(found).replace(chr(39), chr(34))\n"
-        "json.JSONEncoder.encode = lambda self, value: text\n",
+        "known = ['null', yaws, 0.6, [5.0, 3.0, 2.0, 0.0]]\n"
+        "answers = iter(known + known)\n"
+        "json.JSONEncoder.encode = lambda self, value: str(next(answers))\n",
     )
     path = folder / LIBRARY / "odometry.py"
     text = replaced(path.read_text(), "2.4", "    return 0.25\n")

@@ -6,7 +6,9 @@ import pytest
 
 from sdc_experiments.closed_loop import drive
 from sdc_package.car import MissionDriver
-from sdc_workshop.grading.unknown_route import write_unknown_route, write_unseen_road
+from sdc_workshop.exam.stage import Stage
+from sdc_workshop.exam.student import Student
+from sdc_workshop.exam.unknown_route import write_unknown_route, write_unseen_road
 
 
 @pytest.mark.parametrize("write", [write_unknown_route, write_unseen_road])
@@ -17,6 +19,15 @@ def test_seed_alone_decides_about_road_and_traffic(tmp_path, write):
         texts.append([path.read_text() for path in write(seed, tmp_path / name)])
     assert texts[0] == texts[1]
     assert all(one != other for one, other in zip(texts[0], texts[2]))
+
+
+def test_check_draws_a_new_road_and_a_grade_that_of_its_secret(tmp_path):
+    def road(**more):
+        return Stage(Student(tmp_path), **more).road_seed(second=False)
+
+    assert road() != road() != road(seed="a") == road(seed="a")
+    assert road(seed="a") != road(seed="a", secret="7") == road(seed="b", secret="7")
+    assert road(secret="7") != Stage(Student(tmp_path), secret="7").road_seed(second=True) == 7
 
 
 @pytest.mark.slow(4)

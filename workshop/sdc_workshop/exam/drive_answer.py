@@ -5,14 +5,13 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
-from typing import Sequence
 
 from sdc_workshop.exam.answer import PASSED, WRONG, Answer, listed, wrong
 from sdc_workshop.exam.output import crash, last_line, plain
 from sdc_workshop.exam.process import TIMEOUT_S
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
-from sdc_workshop.steps import lesson_folder
+from sdc_workshop.exam.unknown_route import write_unknown_route, write_unseen_road
 
 DRIVE_TIMEOUT_S = 240.0
 _ARGUMENTS = "sdc_package all.launch sync:=true headless:=true"
@@ -20,22 +19,16 @@ _REFEREE = re.compile(r"referee: (\w+): (.*)")
 _DIED = re.compile(r"^\[(\w+)-\d+\] process has died \[.*?(exit code -?\d+)", re.MULTILINE)
 
 
-def _driven(
-    stage: Stage, path: Path, arguments: list, lab: str, table: dict, unknown: Sequence[Path]
-) -> tuple:
+def _driven(stage: Stage, path: Path, arguments: list, table: dict, road: tuple) -> tuple:
     """Drive and write the report; return the status, None after a timeout, and the output."""
-    traffic = [f"obstacles_path:={file}" for file in unknown[1:]]
+    traffic = [f"obstacles_path:={file}" for file in road[1:]]
     if stage.sandbox is not None:
         from sdc_workshop.exam.refereed_drive import refereed_drive
 
-        held_out = lesson_folder(lab) / table["held_out"] if "held_out" in table else None
-        world = [*table["world"], *traffic]
-        more = {"held_out": held_out}
-        if unknown:
-            more = {"route" if held_out is None else "held_out": unknown[0]}
-        return 0, refereed_drive(stage, arguments, path, world, **more)
-    if unknown:
-        arguments = [*arguments, f"waypoints_path:={unknown[0]}", *traffic]
+        route = {"held_out" if table.get("unseen") else "route": road[0]} if road else {}
+        return 0, refereed_drive(stage, arguments, path, [*table["world"], *traffic], **route)
+    if road:
+        arguments = [*arguments, f"waypoints_path:={road[0]}", *traffic]
     stage.master  # noqa: B018  roslaunch uses a master that already runs
     command = ["roslaunch", "--skip-log-check", *arguments, f"report:={path}"]
     with stage.program(command) as program:
@@ -61,24 +54,26 @@ def _cause(output: str, student: Student) -> tuple:
     return broken.error if broken is not None else "", None, None
 
 
-def drive_answer(stage: Stage, lab: str, table: dict, unknown: Sequence[Path] = ()) -> tuple:
+def drive_answer(stage: Stage, table: dict, second: bool = False) -> tuple:
     """Drive the route.
 
     Args:
         stage: where the car drives
-        lab: the lab, or WORKSHOP
         table: how it drives, the entry `drive` of checks.yaml
-        unknown: waypoint file of another road than the packaged one, and its scenario, if any
+        second: whether this is the second drive of a grade, on a road that the secret draws
 
     Returns:
         the answer, and the referee's report as a dictionary, or None without one
     """
-    path = stage.hidden / ("unknown" if unknown else "report") / "report.json"
+    path = stage.hidden / ("unknown" if second else "report") / "report.json"
     stage.forget_build()
     arguments = [*_ARGUMENTS.split(), *table["car"]]
-    if "route" in table and stage.sandbox is None and not unknown:
-        arguments.append(f"waypoints_path:={lesson_folder(lab) / table['route']}")
-    status, output = _driven(stage, path, arguments, lab, table, unknown)
+    road: tuple = ()
+    if table.get("unseen"):
+        road = write_unseen_road(stage.road_seed(second), stage.hidden)
+    elif second:
+        road = write_unknown_route(stage.road_seed(second), stage.hidden)
+    status, output = _driven(stage, path, arguments, table, road)
     output = plain(output)
     stage.clear()
     cause, *place = _cause(output, stage.student)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from pathlib import Path
-from typing import Callable, Sequence
+from typing import Callable
 
 import yaml
 
@@ -144,12 +143,12 @@ class Examination:
         ]
         if wrong and not self.drive_anyway:
             return answered("wrong_steps", names=", ".join(wrong), drive=drive.id)
-        answer, self.report = drive_answer(self.stage, drive.lab, _tables(drive.lab)["drive"])
+        answer, self.report = drive_answer(self.stage, _tables(drive.lab)["drive"])
         return answer
 
-    def drive_unknown(self, lab: str, unknown: Sequence[Path]) -> None:
-        """Drive on another road than the packaged one; see drive_answer."""
-        drive_answer(self.stage, lab, _tables(lab)["drive"], unknown)
+    def drive_unknown(self, lab: str) -> None:
+        """Drive on another road than the first one; see drive_answer."""
+        drive_answer(self.stage, _tables(lab)["drive"], second=True)
 
     def _is_written(self, step: Step) -> bool:
         if step.file is None:

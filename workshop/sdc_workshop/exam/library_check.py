@@ -1,27 +1,26 @@
 """Check the library: call functions as checks.yaml lists them, and compare with the solution.
 
-The student's module runs in its own process: a loop may never end.
+The student's module runs in its own process: a loop may never end. Of a table with `asked`, only
+the functions with these names run there; the world around them is out of the student's reach.
 """
 
 from __future__ import annotations
 
 import contextlib
-import json
+import traceback
 from pathlib import Path
-from typing import Any
+from typing import Any, Callable
 
 import numpy as np
 
 from sdc_workshop.exam.answer import Problem, in_full, listed
+from sdc_workshop.exam.asked import Asked, NoAnswer, Remote
 from sdc_workshop.exam.output import last_line
 from sdc_workshop.exam.probes import library_probe
 from sdc_workshop.exam.region_check import RegionCheck
-from sdc_workshop.exam.stage import NEVER_RETURNED, Stage
+from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.variant import Variant
 
-_TIMEOUT_S = 60.0
-# CPU time for all calls of a module; those of the solution take a second, on a slow machine ten.
-_MOST_CPU_S = 20.0
 _TOLERANCE = 1e-6
 # What an expression may raise about a result of a student, which has any type and shape.
 _ERRORS = (
@@ -48,62 +47,76 @@ class LibraryCheck(RegionCheck):
         self._rows = table["rows"]
         self._laws = table.get("law", {})
         self._given = table.get("given", {})
-        self._calls = [row["call"] for row in self._rows]
+        self._asked = table.get("asked", ())
         path = Path(file).with_suffix("")
         self._module = ".".join(path.parts[path.parts.index("src") + 1 :])
 
     def problems(self, variant: Variant, stage: Stage) -> list:
         """See RegionCheck.problems."""
-        calls = library_probe.with_varied(self._given, self._calls, stage.seed)
-        got = self._run(variant, stage, calls)
-        if isinstance(got, Problem):
-            return [got]
-        results, broken = got
-        right: dict = {}
-        library_probe.results(self._module, calls, right)
-        found: dict = {}
-        names = library_probe.names_for(self._module, self._given)
-        for row, one, wanted in zip(self._rows, results.get("known", ()), right["known"]):
-            if row["todo"] not in found and not same(one, wanted):
-                problem = self._problem(row, one, library_probe.plain(wanted), names)
-                if problem is not None:
-                    found[row["todo"]] = problem
-        if found:
-            return list(found.values())
+        path, python_path = stage.build(variant)
+        known = [row["call"] for row in self._rows]
+        other = {name: library_probe.varied(one, stage.seed) for name, one in self._given.items()}
+        varied = [library_probe.varied(call, stage.seed) for call in known]
+        with Asked(stage, self._module, python_path) as asked:
+            found: dict = {}
+            got, broken = self._answers(asked, self._given, known, path, variant)
+            names = library_probe.names_for(self._module, self._given, {})
+            for row, one in zip(self._rows, got):
+                wanted = library_probe.plain(library_probe.evaluate(row["call"], names))
+                if row["todo"] not in found and not same(one, wanted):
+                    problem = self._problem(row, one, wanted, names)
+                    if problem is not None:
+                        found[row["todo"]] = problem
+            if found or broken is not None:
+                return [*found.values()] or [broken]
+            got, broken = self._answers(asked, other, varied, path, variant)
         if broken is not None:
             return [broken]
-        for row, one, wanted in zip(self._rows, results.get("varied", ()), right["varied"]):
+        names = library_probe.names_for(self._module, other, {})
+        for row, call, one in zip(self._rows, varied, got):
+            wanted = library_probe.plain(library_probe.evaluate(call, names))
             if not same(one, wanted):
-                call = library_probe.varied(row["call"], stage.seed)
                 texts = {"got": _shown("value", one), "right": _shown("value", wanted)}
                 texts["law"] = in_full(self._laws.get(row["todo"]))
-                found = listed("usual_arguments", row["todo"], call=call, **texts)
-                stage.report(f"{variant.name}: {found.seen}, as if they were written into it")
-                return [found]
+                problem = listed("usual_arguments", row["todo"], call=call, **texts)
+                stage.report(f"{variant.name}: {problem.seen}, as if they were written into it")
+                return [problem]
         return []
 
-    def _run(self, variant: Variant, stage: Stage, calls: dict) -> tuple | Problem:
-        """Return the results of library_probe.py and the exception that ended it, or a problem."""
-        path, python_path = stage.build(variant)
-        arguments = [library_probe.__file__, self._module, json.dumps(calls)]
-        command = ["/usr/bin/env", "python3", *arguments]
-        with stage.program(command, PYTHONPATH=python_path) as program:
-            if program.wait(_TIMEOUT_S, _MOST_CPU_S) is None:
-                stage.report(NEVER_RETURNED)
-                return Problem("a result", "it never returns", "Is there a loop that never ends?")
-            output = program.output
-        lines = [line for line in output.splitlines() if line.startswith('{"')]
-        broken = self.exception_problem(output, path, variant)
-        with contextlib.suppress(IndexError, KeyError, TypeError, ValueError):
-            results = json.loads(lines[-1])
-            if broken is not None or len(results["varied"]) == len(self._rows):
-                return results, broken
+    def _answers(
+        self, asked: Asked, given: dict, calls: list, path: Path, variant: Variant
+    ) -> tuple[list, Problem | None]:
+        """Return the results of calls, and why they end before the last, or None."""
+        found: list = []
+        try:
+            evaluated = self._evaluated(asked, given)
+            for call in calls:
+                found.append(evaluated(call))
+            return found, None
+        except NoAnswer as error:
+            if str(error):
+                hint = "Is there a loop that never ends?"
+                return found, Problem("a result", str(error), hint)
+            output = asked.program.output
+        except Exception:  # noqa: BLE001  what a student's function returns may cause any
+            output = traceback.format_exc()
         hint = (
             "The last line of its output gives the cause. exit() and quit() end the whole program. "
             "The check prints its results itself."
         )
-        own = "\n".join(line for line in output.splitlines() if line not in lines)
-        return broken or Problem("a result", f"it ends without one: {last_line(own)}", hint)
+        seen = f"it ends without one: {last_line(output)}"
+        broken = self.exception_problem(output, path, variant)
+        return found, broken or Problem("a result", seen, hint)
+
+    def _evaluated(self, asked: Asked, given: dict) -> Callable[[str], Any]:
+        """Return what evaluates a call: in the student's process, or here with what is asked."""
+        if not self._asked:
+            asked.begin(given)
+            return lambda call: asked.ask(f"plain({call})")
+        asked.begin({})
+        remote = {name: Remote(asked, name) for name in self._asked}
+        names = library_probe.names_for(self._module, given, remote)
+        return lambda call: library_probe.plain(library_probe.evaluate(call, names))
 
     def _problem(self, row: dict, got: Any, right: Any, names: dict) -> Problem | None:
         """Return the problem of a wrong result; None where it is that of another row."""

@@ -9,6 +9,7 @@ import contextlib
 import math
 import os
 import signal
+import socket
 import subprocess
 import threading
 import time
@@ -49,7 +50,13 @@ class Program:
     watch: threading.Thread | None = None
     killed = False
 
-    def __init__(self, command: Sequence[object], environment: dict, folder: Path | None = None):
+    def __init__(
+        self,
+        command: Sequence[object],
+        environment: dict,
+        folder: Path | None = None,
+        stdin: socket.socket | int = subprocess.DEVNULL,
+    ):
         self.command = [str(word) for word in command]
         self.mark = f"{os.getpid()}-{time.monotonic_ns()}"
         self._pieces: list[bytes] = []
@@ -59,7 +66,7 @@ class Program:
             self.command,
             env={**environment, MARK: f"{os.environ.get(MARK, '')}/{self.mark}"},
             cwd=folder,
-            stdin=subprocess.DEVNULL,
+            stdin=stdin,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             start_new_session=True,
@@ -95,15 +102,20 @@ class Program:
         """Its exit status; None while it runs."""
         return self._process.poll()
 
-    def wait_until(self, condition: Callable[[], object], timeout_s: float = TIMEOUT_S) -> str:
+    def wait_until(
+        self,
+        condition: Callable[[], object],
+        timeout_s: float = TIMEOUT_S,
+        most_cpu_s: float = BUSY_CPU_S,
+    ) -> str:
         """Wait until `condition()` is true, or will not become true any more.
 
         Returns:
             "true", "ended" (the program has ended), "idle" (it waits for something), "busy" (it
-            used more than BUSY_CPU_S) or "late" (the timeout)
+            used more than `most_cpu_s`) or "late" (the timeout)
         """
         limit = time.monotonic() + timeout_s
-        cpu_at_start, _ = self._activity()
+        cpu_at_start, _ = self.activity()
         idle_since, idle_cpu, polls = time.monotonic(), cpu_at_start, 0
         while True:
             if condition():
@@ -112,13 +124,13 @@ class Program:
                 self._reader.join(timeout=2.0)
                 return "true" if condition() else "ended"
             time.sleep(_POLL_S)
-            now, (cpu, running) = time.monotonic(), self._activity()
+            now, (cpu, running) = time.monotonic(), self.activity()
             polls += 1
             if running or cpu - idle_cpu > _IDLE_CPU_S:
                 idle_since, idle_cpu, polls = now, cpu, 0
             if now - idle_since >= IDLE_S and polls >= _IDLE_POLLS:
                 return "true" if condition() else "idle"
-            if cpu - cpu_at_start > BUSY_CPU_S:
+            if cpu - cpu_at_start > most_cpu_s:
                 return "busy"
             if now > limit + self.waited_s:
                 return "late"
@@ -127,7 +139,7 @@ class Program:
         """Return its exit status if it ends in time, else None; it may use so much CPU time [s]."""
         limit = time.monotonic() + timeout_s
         while self.status is None and time.monotonic() < limit + self.waited_s:
-            if self._activity()[0] > most_cpu_s:
+            if self.activity()[0] > most_cpu_s:
                 return None
             time.sleep(_POLL_S)
         if self.status is not None:
@@ -155,7 +167,7 @@ class Program:
             return 1e-9 * int(numbers[1])
         return 0.0
 
-    def _activity(self) -> tuple:
+    def activity(self) -> tuple:
         """Return its CPU time [s], and whether it runs or waits for a disk."""
         with contextlib.suppress(psutil.Error):
             user, system = self.main.cpu_times()[:2]

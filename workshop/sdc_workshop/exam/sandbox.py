@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import socket
 import subprocess
 import tempfile
 from dataclasses import dataclass
@@ -125,11 +126,16 @@ class Sandbox:
     report: Callable[[str, str], None] = lambda text, path: None  # see Watch
 
     def program(
-        self, command: Sequence, environment: dict, folder: Path, **options: Any
+        self,
+        command: Sequence,
+        environment: dict,
+        folder: Path,
+        stdin: socket.socket | int = subprocess.DEVNULL,
+        **options: Any,
     ) -> Program:
         """Start a program; see `command`. It is ended when it meets a limit."""
         inner = self.command(command, environment, folder, **options)
-        started = Program(inner, dict(os.environ))
+        started = Program(inner, dict(os.environ), stdin=stdin)
         started.watch = Watch(started, self.scratch(folder), self.report)
         started.watch.start()
         return started

@@ -8,6 +8,8 @@ import logging
 import os
 import secrets
 import shutil
+import socket
+import subprocess
 import tempfile
 from pathlib import Path
 from random import Random
@@ -49,11 +51,18 @@ class Stage:
         hidden: a folder that they do not see: what the referee knows
         sandbox: where the student's programs run, or None
         seed: the checks draw their arguments from it; the student does not know it before
+
+    Args:
+        secret: draws the roads of a grade; no program of a student gets it. Without one, the seed
+            draws the road
     """
 
-    def __init__(self, student: Student, sandbox: Sandbox | None = None, seed: str = ""):
+    def __init__(
+        self, student: Student, sandbox: Sandbox | None = None, seed: str = "", secret: str = ""
+    ):
         self.student = student
         self.sandbox = sandbox
+        self._secret = secret
         self.seed = seed or secrets.token_hex(4)
         self._closing = contextlib.ExitStack()
         self._master: Master | None = None
@@ -122,6 +131,12 @@ class Stage:
     def random(self, name: str) -> Random:
         """Return the random numbers of the check with this name, which the seed decides about."""
         return Random(f"{self.seed}/{name}")
+
+    def road_seed(self, second: bool) -> int:
+        """Return what the first road or the second one of a car is drawn from."""
+        if second:
+            return int(self._secret)
+        return Random(f"{self._secret or self.seed}/road").getrandbits(63)
 
     def report(self, text: str) -> None:
         """Report what the sandbox has kept a program from."""
@@ -216,21 +231,33 @@ class Stage:
                 return make_variant(name, text, ()).text
         return solution(name).read_text(encoding="utf-8")
 
-    def program(self, command: Sequence[object], **environment: str) -> Program:
+    def program(
+        self,
+        command: Sequence[object],
+        stdin: socket.socket | int = subprocess.DEVNULL,
+        **environment: str,
+    ) -> Program:
         """Start a command in the student's environment."""
-        return self.start(command, self.environment(**environment))
+        return self.start(command, self.environment(**environment), stdin)
 
-    def start(self, command: Sequence[object], environment: dict, **options: Any) -> Program:
+    def start(
+        self,
+        command: Sequence[object],
+        environment: dict,
+        stdin: socket.socket | int = subprocess.DEVNULL,
+        **options: Any,
+    ) -> Program:
         """Start a command that the student decides about, with only these environment variables.
 
         Args:
             command: the program and its arguments
             environment: its environment variables
+            stdin: its standard input
             options: see Sandbox.program
         """
         if self.sandbox is None:
-            return Program(command, environment, self.folder)
-        return self.sandbox.program(command, environment, self.folder, **options)
+            return Program(command, environment, self.folder, stdin)
+        return self.sandbox.program(command, environment, self.folder, stdin, **options)
 
     def configuration(self, name: str) -> dict:
         """Return the parameters of the student's config/NAME.yaml, completed by the solution's."""

@@ -1,21 +1,26 @@
 #!/usr/bin/env python3
-"""Evaluate expressions about a module of the car's library; print the results as JSON.
+"""Evaluate expressions about a module of a library, for a check that asks.
 
-The JSON is one line: the results of each list of calls. An exception ends them.
-Usage: library_probe.py MODULE CALLS, where CALLS is JSON, see `with_varied`.
+Standard input is a socket. Each message is a pickled expression with its names; the answer is JSON,
+see `described`. An exception ends the program.
 """
 
 from __future__ import annotations
 
 import copy
+import dataclasses
 import importlib
+import io
 import json
+import os
+import pickle
 import re
+import socket
 import sys
 from pathlib import Path
 from random import Random
 from types import SimpleNamespace
-from typing import Callable
+from typing import Any, Callable, Mapping
 
 import numpy as np
 import yaml
@@ -25,6 +30,7 @@ sys.path.append(str(Path(__file__).parent))
 from road_picture import road  # noqa: E402
 
 TICKS, STEP_NS = 15, 200_000_000
+MAX_MESSAGE = 1 << 19  # bytes
 _DECIMAL = re.compile(r"(?<![\w.])\d+\.\d+(?![\w.])")
 _NUMPY = (
     *("abs", "allclose", "arcsin", "arctan", "arctan2", "array", "cos", "degrees", "diag", "eye"),
@@ -171,18 +177,9 @@ def evaluate(expression: str, names: dict) -> object:
     return eval(compile(str(expression), "<check>", "eval"), names)
 
 
-def with_varied(given: dict, calls: list, seed: str) -> dict:
-    """Return (given names, calls): `known` as they are, and `varied` as the seed decides.
-
-    The check calls this function: a student's process does not get the seed.
-    """
-    other = {name: varied(expression, seed) for name, expression in given.items()}
-    return {"known": (given, calls), "varied": (other, [varied(call, seed) for call in calls])}
-
-
-def names_for(module: str, given: dict) -> dict:
-    """Return the names that the expressions about a module use."""
-    names = {**vars(importlib.import_module(module)), **HELPERS}
+def names_for(module: str, given: dict, asked: Mapping[str, Any]) -> dict:
+    """Return the names that expressions about a module use; those in `asked` replace its own."""
+    names = {**vars(importlib.import_module(module)), **HELPERS, **asked}
     for name, expression in given.items():
         names[name] = evaluate(expression, names)
     return names
@@ -197,23 +194,41 @@ def plain(value: object) -> object:
     return value if value is None or isinstance(value, (bool, int, float, str)) else str(value)
 
 
-def results(module: str, lists: dict, found: dict) -> None:
-    """Add the results of the calls in each list of `with_varied` to a dictionary."""
-    for kind, (given, calls) in lists.items():
-        found[kind] = []
-        names = names_for(module, given)
-        for call in calls:
-            found[kind].append(plain(evaluate(call, names)))
+def described(value: Any, names: dict) -> object:
+    """Return a value as JSON. Arrays and records are {"type", "is"} with their content.
+
+    What else JSON cannot hold stays here: its content is a new name in `names`.
+    """
+    if isinstance(value, (list, tuple)) and not hasattr(value, "_asdict"):
+        return [described(one, names) for one in value]
+    if isinstance(value, np.ndarray):
+        content: object = value.tolist()
+    elif hasattr(value, "_asdict") or dataclasses.is_dataclass(value):
+        fields = value._asdict() if hasattr(value, "_asdict") else vars(value)
+        content = {name: described(field, names) for name, field in fields.items()}
+    else:
+        one = plain(value)
+        if one is None or not isinstance(one, str) or isinstance(value, str):
+            return one
+        content = f"_{len(names)}"
+        names[content] = value
+    return {"type": type(value).__name__, "is": content}
 
 
 def main() -> None:
-    """Print the results."""
-    module, lists = sys.argv[1:]
-    found: dict = {}
-    try:
-        results(module, json.loads(lists), found)
-    finally:
-        print(json.dumps(found), flush=True)
+    """Answer until the socket is closed."""
+    link = socket.socket(fileno=os.dup(0))
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    names: dict = {"begin": lambda *of: names.update(names_for(*of, {})), "plain": plain}
+
+    class Question(pickle.Unpickler):
+        def persistent_load(self, name: str) -> object:
+            return names[name]
+
+    for message in iter(lambda: link.recv(MAX_MESSAGE), b""):
+        expression, own = Question(io.BytesIO(message)).load()
+        value = evaluate(expression, {**names, **own})
+        link.send(json.dumps(described(value, names)).encode())
 
 
 if __name__ == "__main__":

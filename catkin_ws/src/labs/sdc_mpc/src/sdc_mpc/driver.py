@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Callable
 
 import numpy as np
 
@@ -53,6 +54,7 @@ class PredictiveDriver:
         points_m: (N, 2) the path [m]
         speeds_mps: (N,) planned speed at each point
         tuning: what it wants
+        limited: the function of TODO 6
 
     Attributes:
         place_m: where it is along the path
@@ -63,9 +65,15 @@ class PredictiveDriver:
     path: Path | None = None
     reason = ""
 
-    def __init__(self, points_m: np.ndarray, speeds_mps: np.ndarray, tuning: Tuning):
+    def __init__(
+        self,
+        points_m: np.ndarray,
+        speeds_mps: np.ndarray,
+        tuning: Tuning,
+        limited: Callable = limits,
+    ):
         self.line = Polyline(points_m.tolist())
-        self._speeds_mps, self._tuning = speeds_mps, tuning
+        self._speeds_mps, self._tuning, self._limited = speeds_mps, tuning, limited
         self.place_m = self.cross_track_m = 0.0
         self.command = np.zeros(2)
         self._pending = [np.zeros(2)] * tuning.delay_ticks
@@ -104,7 +112,7 @@ class PredictiveDriver:
             np.array(tuning.weights), np.array(tuning.change_weights), references, self.command
         )
         rows, right = dynamics(ad, bd, state, bends)
-        lower, upper = limits(_LEAST, _MOST, _CHANGE, self.command, ticks)
+        lower, upper = self._limited(_LEAST, _MOST, _CHANGE, self.command, ticks)
         of_inputs = np.vstack([np.eye(2 * ticks), changes(ticks)])
         x = solution(
             p,

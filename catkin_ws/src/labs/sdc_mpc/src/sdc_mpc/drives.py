@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Callable
 
 import numpy as np
 
 from sdc_mpc.driver import DELAY_TICKS, TICK_S, PredictiveDriver, Tuning
+from sdc_mpc.limits import limits
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.road.random_routes import long_route
@@ -89,15 +90,16 @@ class _BendReferee:
         return arrived or lost
 
 
-def drive_bends(seed: int, tuning: Tuning | None = None) -> DrivenBends:
+def drive_bends(seed: int, tuning: Tuning | None = None, limited: Callable = limits) -> DrivenBends:
     """Drive a road of random bends, with commands that act 0.1 s late.
 
     Args:
         seed: of the road
         tuning: what the driver wants and knows
+        limited: gives the limits of its inputs
     """
     points = long_route(seed, _LENGTH_M, _LEAST_RADIUS_M)
-    driver = PredictiveDriver(points, planned_speeds(points), tuning or Tuning())
+    driver = PredictiveDriver(points, planned_speeds(points), tuning or Tuning(), limited)
     vehicle = Vehicle(load_vehicle(config_path("vehicles/tesla_model3.yaml")))
     (x, y), yaw = points[0].tolist(), driver.line.headings[0]
     world = Simulation(

@@ -22,6 +22,8 @@ def solution(
     Raises:
         ValueError: there is none
     """
+    if not np.all(lower <= upper):
+        raise ValueError("a lower limit is greater than its upper limit")
     solver = osqp.OSQP()
     solver.setup(
         sparse.csc_matrix(np.triu(p)), q, sparse.csc_matrix(rows), lower, upper,

@@ -1,4 +1,4 @@
-"""The second graded drive: a road with traffic that is drawn from the seed of the class.
+"""Roads that are drawn, such as that of the second graded drive, with traffic.
 
 All students of a class drive the same road, and none has seen it before. A light is red when the
 car arrives, a pedestrian crosses in front of it, and a slow car drives ahead and turns off.
