@@ -67,6 +67,7 @@ WRONG = [
     ("championship", "baselines lqrr", "did you mean 'lqr'?"),
     ("workshop/start", "", "DIR is missing; usage: ./workshop/start [--lab LAB] [--update] DIR"),
     ("workshop/start", "--lab mcp mine", "--lab mcp: unknown name; did you mean 'mpc'?"),
+    ("workshop/check", "--solution mesage-7", "--solution mesage-7: unknown name; the nearest"),
     ("workshop/check", "camra-3", "'camra-3': unknown name; the nearest are camera-3, "),
     ("workshop/check", "camera..local", "'camera..local': unknown name"),
     ("workshop/check", "--hint", "--hint needs a value; usage: ./workshop/check"),

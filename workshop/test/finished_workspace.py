@@ -3,7 +3,7 @@
 import subprocess
 
 from sdc_workshop.exam.student import Student
-from sdc_workshop.steps import LABS, WORKSHOP, all_steps
+from sdc_workshop.steps import LABS, WORKSHOP, load_steps
 from sdc_workshop.workspace import PROJECT, WORLD_SETUP, make, package_files, solution, solve
 
 
@@ -17,14 +17,18 @@ def differences(folder, lab=WORKSHOP):
     ]
 
 
-def solved(folder):
-    """Create it in `folder`, a path that does not exist, with the packages of all labs."""
-    make(folder)
-    for lab in LABS:
+def finished(folder, *labs):
+    """Create it in `folder`, a path that does not exist, with the packages of labs, not built."""
+    for lab in labs or (WORKSHOP,):
         make(folder, lab)
-    for step in all_steps():
-        solve(folder, step)
-    build(folder)
+        for step in load_steps(lab):
+            solve(folder, step)
+    return folder
+
+
+def solved(folder):
+    """Create it with the packages of all labs, and build it."""
+    build(finished(folder, WORKSHOP, *LABS))
     return folder
 
 

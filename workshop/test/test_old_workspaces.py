@@ -7,11 +7,10 @@ from pathlib import Path
 
 import pytest
 import yaml
-from finished_workspace import build, run
+from finished_workspace import build, finished, run
 
 from sdc_testing.street_maps import needs_maps
-from sdc_workshop.steps import load_steps
-from sdc_workshop.workspace import PROJECT, SOLUTION, make, solve
+from sdc_workshop.workspace import PROJECT, SOLUTION
 
 pytestmark = pytest.mark.slow(40)
 
@@ -28,10 +27,7 @@ LAB = "behaviour"
 @pytest.fixture(scope="module")
 def workspace(tmp_path_factory):
     """A finished workspace of the behaviour lab, with the car; maps have their old names."""
-    folder = tmp_path_factory.mktemp("old") / "ws"
-    make(folder, LAB)
-    for step in load_steps(LAB):
-        solve(folder, step)
+    folder = finished(tmp_path_factory.mktemp("old") / "ws", LAB)
     library = folder / "src" / "sdc_package" / "src" / "sdc_package"
     for name, old_name in OF_CAR.items():
         new = SOLUTION / "sdc_map" / "src" / "sdc_map" / f"{name}.py"

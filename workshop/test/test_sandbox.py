@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import psutil
 import pytest
+from finished_workspace import finished
 
 from sdc_experiments.sandbox import user_id
 from sdc_workshop.exam.answer import PASSED
@@ -14,22 +15,12 @@ from sdc_workshop.grading.grading import Conditions, grade
 from sdc_workshop.grading.rubric import load_rubric
 from sdc_workshop.grading.summary import ranked, write_csv, write_pages
 from sdc_workshop.regions import replaced
-from sdc_workshop.steps import load_steps
-from sdc_workshop.workspace import make, solve
 
 pytestmark = [pytest.mark.slow(60), pytest.mark.usefixtures("sandboxed")]
 LIMIT_S = 300.0
 SLEEPER_S = 98765  # of the program that a hostile one leaves behind
 PACKAGE = "src/sdc_package"
 LIBRARY = f"{PACKAGE}/src/sdc_package"
-
-
-def finished(folder):
-    """Create a workspace in which all steps are solved."""
-    make(folder)
-    for step in load_steps():
-        solve(folder, step)
-    return folder
 
 
 def hello(folder, *lines):

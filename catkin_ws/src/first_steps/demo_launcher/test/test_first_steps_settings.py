@@ -43,14 +43,10 @@ BAD = [(package, *row) for package, rows in SPECIAL.items() for row in rows] + [
 ]
 
 
-def read(package, parameters):
-    return READERS[package](parameters)
-
-
 @pytest.mark.parametrize("package, name, value", BAD)
 def test_error_for_an_invalid_parameter_names_it_and_the_fix(package, name, value):
     with pytest.raises(ValueError, match=rf"^parameter ~{name} is .*: .*(give|make) .*$"):
-        read(package, packaged(package, **{name: value}))
+        READERS[package](packaged(package, **{name: value}))
 
 
 @pytest.mark.parametrize("package, name", ALL)
@@ -58,4 +54,4 @@ def test_error_for_a_missing_parameter_names_it(package, name):
     parameters = packaged(package)
     del parameters[name]
     with pytest.raises(ValueError, match=f"^parameter ~{name} is missing: load config/{package}"):
-        read(package, parameters)
+        READERS[package](parameters)

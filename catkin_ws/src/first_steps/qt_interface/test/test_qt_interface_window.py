@@ -157,16 +157,6 @@ def test_drag_of_the_floor_pans(shown):
     assert shown.requests == []
 
 
-def test_space_pauses_and_continues_and_r_resets(shown):
-    shown.xdotool("key", "space")
-    shown.wait_for(lambda: shown.requests == [("pause", True)])
-    shown.window.set_paused(True)
-    shown.xdotool("key", "space")
-    shown.wait_for(lambda: shown.requests[1:] == [("pause", False)])
-    shown.xdotool("key", "r")
-    shown.wait_for(lambda: shown.requests[2:] == [("reset",)])
-
-
 @pytest.mark.parametrize("key", ["q", "Escape", "ctrl+q", "ctrl+w"])
 def test_key_closes_the_window(shown, key):
     shown.xdotool("key", key)

@@ -4,11 +4,6 @@ import pytest
 from sdc_localization import kalman_filter as kalman
 
 
-def covariance(random, size):
-    root = random.normal(size=(size, size))
-    return root @ root.T + 0.1 * np.eye(size)
-
-
 def test_two_measurements_of_one_number_give_their_mean():
     P, H, R = np.diag([2.0, 1.0, 1.0, 1.0, 1.0]), np.eye(1, 5), np.array([[2.0]])
     S = kalman.innovation_covariance(P, H, R)
@@ -19,7 +14,8 @@ def test_two_measurements_of_one_number_give_their_mean():
 
 def test_gate_lets_as_many_measurements_pass_as_its_quantile_says():
     random = np.random.default_rng(0)
-    S = covariance(random, 2)
+    root = random.normal(size=(2, 2))
+    S = root @ root.T + 0.1 * np.eye(2)
     draws = random.multivariate_normal(np.zeros(2), S, 4000)
     share = np.mean([kalman.is_plausible(draw, S, 4.605) for draw in draws])
     assert share == pytest.approx(0.9, abs=0.015)

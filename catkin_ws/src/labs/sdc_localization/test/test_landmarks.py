@@ -4,7 +4,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sdc_localization.landmarks import LandmarkMap, expected_measurement, measurement_jacobian
+from sdc_localization.landmarks import LandmarkMap
 from sdc_localization.localizer import Localizer
 from sdc_localization.scan_features import find_features, scan_points
 
@@ -56,19 +56,6 @@ def test_wall_and_hidden_pole_are_no_landmarks():
     assert len(find_features(scan([], [wall]), 0.17)) == 0
     assert len(find_features(scan(half_hidden, [screen]), 0.17)) <= 1
     assert len(find_features(np.zeros((0, 2)), 0.17)) == 0
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_jacobian_equals_the_numerical_derivatives(seed):
-    random = np.random.default_rng(seed)
-    state = np.array([*random.uniform(-5.0, 5.0, 2), *random.uniform(-1.0, 1.0, 3)])
-    place = random.uniform(8.0, 20.0, 2)
-    numerical = np.empty((2, 5))
-    for column in range(5):
-        change = 1e-6 * np.eye(5)[column]
-        ends = [expected_measurement(state + sign * change, *place) for sign in (1.0, -1.0)]
-        numerical[:, column] = (ends[0] - ends[1]) / 2e-6
-    assert measurement_jacobian(state, *place) == pytest.approx(numerical, abs=1e-7)
 
 
 def test_landmarks_correct_position_and_heading(settings):

@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 
+from sdc_localization.landmarks import expected_measurement, measurement_jacobian
 from sdc_localization.motion_model import YAW, motion_jacobian, moved, sideways_speed
 
 STEP_S = 0.05
@@ -23,16 +24,20 @@ def test_heading_stays_between_minus_pi_and_pi():
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_jacobian_equals_the_numerical_derivatives(seed):
+def test_jacobians_equal_the_numerical_derivatives(seed):
     random = np.random.default_rng(seed)
-    state = np.array([*random.uniform(-50.0, 50.0, 2), *random.uniform(-1.0, 1.0, 3)])
+    state = np.array([*random.uniform(-5.0, 5.0, 2), *random.uniform(-1.0, 1.0, 3)])
     motion = random.uniform(0.0, 20.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)
-    numerical = np.empty((5, 5))
-    for column in range(5):
-        change = 1e-6 * np.eye(5)[column]
-        ends = [moved(state + sign * change, *motion, STEP_S) for sign in (1.0, -1.0)]
-        numerical[:, column] = (ends[0] - ends[1]) / 2e-6
-    assert motion_jacobian(state, *motion, STEP_S) == pytest.approx(numerical, abs=1e-7)
+    for function, jacobian, arguments in (
+        (moved, motion_jacobian, (*motion, STEP_S)),
+        (expected_measurement, measurement_jacobian, random.uniform(8.0, 20.0, 2)),
+    ):
+        columns = [
+            (function(state + change, *arguments) - function(state - change, *arguments)) / 2e-6
+            for change in 1e-6 * np.eye(5)
+        ]
+        numerical = np.transpose(columns)
+        assert jacobian(state, *arguments) == pytest.approx(numerical, abs=1e-7)
 
 
 def test_centre_of_the_car_moves_inwards_when_slow_and_outwards_when_fast():

@@ -6,12 +6,26 @@ import cv2
 import numpy as np
 import pytest
 
+from sdc_common.configuration import node_config
+from sdc_perception.lane_detection import DetectorSettings, LaneDetector
 from sdc_sim.camera.boxes import obstacle_box, traffic_light_box
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.physics.obstacles import ObstaclePlan, SimulatedObstacle
 from sdc_sim.physics.traffic_lights import FIRST_ID, TrafficLightState
 from sdc_sim.road.road import Road
+
+
+@pytest.fixture
+def parameters():
+    """Parameters of the lane detector."""
+    return node_config("sdc_perception", "lane_detector")
+
+
+@pytest.fixture
+def detector(parameters):
+    settings = DetectorSettings.read(parameters.__getitem__)
+    return LaneDetector(settings, CameraModel().intrinsic_matrix())
 
 
 @pytest.fixture(scope="session")

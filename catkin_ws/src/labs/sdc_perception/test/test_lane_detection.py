@@ -36,17 +36,6 @@ def renderer(road):
     return Renderer(road)
 
 
-@pytest.fixture
-def parameters():
-    return node_config("sdc_perception", "lane_detector")
-
-
-@pytest.fixture
-def detector(parameters):
-    settings = DetectorSettings.read(parameters.__getitem__)
-    return LaneDetector(settings, CameraModel().intrinsic_matrix())
-
-
 def pose_at(road, s_m, left_m=0.0, turned_rad=0.0):
     points, left = road.at(np.array([s_m]))
     x, y = points[0] + left_m * left[0]
@@ -134,19 +123,3 @@ def test_lane_is_acquired_again_when_the_odometry_starts_again(road, renderer, d
     detector.detect(picture, pose)
     lane = detector.detect(picture, (500.0, 0.0, 1.0))
     assert lane.offset_m == pytest.approx(0.0, abs=0.08)
-
-
-@pytest.mark.parametrize(
-    ("section", "value", "named"),
-    [
-        ("directions", [{"from_m": 1.0, "to_m": 2.0, "keep": "middle"}], "directions"),
-        ("directions", [{"from_m": 1.0}], "directions"),
-        ("lane", {"lane_width_m": -3.5}, "lane_width_m"),
-        ("camera", {"x_m": 0.7, "z_m": math.nan, "pitch_rad": 0.0}, "z_m"),
-    ],
-)
-def test_bad_parameter_is_refused(parameters, section, value, named):
-    old = parameters[section]
-    parameters[section] = {**old, **value} if isinstance(value, dict) else value
-    with pytest.raises(ValueError, match=named):
-        DetectorSettings.read(parameters.__getitem__)

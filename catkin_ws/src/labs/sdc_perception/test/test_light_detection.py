@@ -65,20 +65,3 @@ def test_light_stays_at_its_place_while_the_car_moves(settings, render, light):
         lights = tracker.detect(render(light(RED, 35.0), pose=pose), pose, 0.3 * number)
     assert [one.id for one in lights] == [1]
     assert (lights[0].x_m, lights[0].y_m) == pytest.approx((35.0 + CAMERA_X_M, -2.7), abs=0.4)
-
-
-@pytest.mark.parametrize(
-    ("section", "name", "value", "part"),
-    [
-        ("lamps", "red", [172], "lamps/red"),
-        ("lamps", "excess", 1.5, "excess"),
-        ("housing", "height_m", -1.0, "height_m"),
-        ("tracks", "lost_s", 0.0, "lost_s"),
-        ("camera", "z_m", math.nan, "z_m"),
-    ],
-)
-def test_bad_parameter_is_refused(section, name, value, part):
-    parameters = node_config("sdc_perception", "traffic_light_detector")
-    parameters[section][name] = value
-    with pytest.raises(ValueError, match=part):
-        LightSettings.read(parameters.__getitem__)

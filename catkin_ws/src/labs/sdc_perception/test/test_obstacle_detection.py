@@ -82,10 +82,3 @@ def test_body_that_stands_has_no_speed_while_the_car_moves(settings, render, bod
         found = tracker.detect(render(body("car", 25.0), pose=pose), pose, 0.05 * number)
     assert [one.speed_mps for one in found] == [0.0]
     assert found[0].x_m == pytest.approx(25.0 + CAMERA_X_M + 2.35, abs=0.6)
-
-
-def test_bad_kind_is_refused():
-    parameters = node_config("sdc_perception", "obstacle_detector")
-    parameters["kinds"]["car"]["saturation"] = 300
-    with pytest.raises(ValueError, match="kinds/car: saturation"):
-        ObstacleSettings.read(parameters.__getitem__)

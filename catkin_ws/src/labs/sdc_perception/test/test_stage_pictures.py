@@ -5,8 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from sdc_common.configuration import node_config
-from sdc_perception.lane_detection import DetectorSettings, LaneDetector
 from sdc_perception.overlay import LINES_BGR
 from sdc_perception.stage_pictures import STAGES
 from sdc_sim.camera.camera_model import CameraModel
@@ -24,12 +22,6 @@ EDGE_M, DASHES_M = -1.75 - LEFT_M, 1.75 - LEFT_M
 def picture():
     road = Road(np.column_stack([np.arange(100.0), np.zeros(100)]))
     return Renderer(road).render(*POSE)
-
-
-@pytest.fixture
-def detector():
-    settings = DetectorSettings.read(node_config("sdc_perception", "lane_detector").__getitem__)
-    return LaneDetector(settings, CameraModel().intrinsic_matrix())
 
 
 def colours_at(picture, x_m, y_m):

@@ -4,11 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from sdc_common.configuration import node_config
-from sdc_perception.lane_detection import DetectorSettings, LaneDetector
 from sdc_perception.study.drives import WEATHERS, drive, drive_nodes
 from sdc_perception.study.frames import FrameScore, measure
-from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.random_routes import random_route
 from sdc_sim.road.road import Road
@@ -58,13 +55,11 @@ def test_scenario_is_driven_on_detections(scenario, weather):
     # At the crossing of route 1009 no line is near the car: most of what could be one is rain.
     [(3, "low_sun", 0.08), (1009, "rain", 0.15)],
 )
-def test_lane_is_found_before_the_car_starts(seed, weather, off_m):
+def test_lane_is_found_before_the_car_starts(detector, seed, weather, off_m):
     route, parameters = random_route(seed)[0], WEATHERS[weather]
     state = drive_setup("", route).simulation().snapshot.state
     pose = state.x_m, state.y_m, state.yaw_rad
     renderer = Renderer(Road(route), weather=Weather(**parameters["weather"]))
-    settings = DetectorSettings.read(node_config("sdc_perception", "lane_detector").__getitem__)
-    detector = LaneDetector(settings, CameraModel().intrinsic_matrix())
     for tick in range(9):
         light = parameters.get("daylight", 1.0)
         picture = renderer.render(*pose, light=light, time_s=0.05 * tick)
