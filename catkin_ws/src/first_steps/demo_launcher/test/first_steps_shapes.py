@@ -10,7 +10,7 @@ import yaml
 
 from driverless.driver import Driver
 from world.rules import checked
-from world.settings import read_settings as read_world_settings
+from world.rules import read_settings as read_world_settings
 from world.simulation import Simulation
 
 PACKAGES = Path(__file__).resolve().parents[2]

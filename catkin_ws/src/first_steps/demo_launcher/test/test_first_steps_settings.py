@@ -12,7 +12,7 @@ from first_steps_shapes import packaged
 
 from qt_interface.settings import read_settings as read_window_settings
 from world.rules import checked
-from world.settings import read_settings as read_world_settings
+from world.rules import read_settings as read_world_settings
 
 READERS = {
     "world": read_world_settings,

@@ -9,7 +9,7 @@ import rospy
 from um_msgs.msg import CarPosition, SteeringCommand, Waypoint, Waypoints
 
 from driverless.driver import Driver
-from driverless.route import Point
+from world import waypoints
 from world.rules import checked
 
 
@@ -42,7 +42,7 @@ class Driverless:
         self.set_points("/sensed_waypoints", self.driver.set_sensed, msg)
 
     def set_points(self, topic, action, msg):
-        points = [Point(waypoint.idx, waypoint.x, waypoint.y) for waypoint in msg.waypoints]
+        points = [waypoints.Waypoint(point.idx, point.x, point.y) for point in msg.waypoints]
         if is_finite(topic, *(number for _, x, y in points for number in (x, y))):
             with self.lock:
                 action(points)

@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from driverless.driver import Driver, heading_error
-from driverless.route import Point, Route
+from driverless.route import Route
 from world.rules import checked
+from world.waypoints import Waypoint
 
 PI = math.pi
 CONFIG = yaml.safe_load(
@@ -25,7 +26,7 @@ def driver(**overrides):
 
 @given(coordinates, coordinates, angles, coordinates, coordinates)
 def test_car_turned_by_the_heading_error_points_at_the_target(x, y, direction, target_x, target_y):
-    error = heading_error(x, y, direction, Point(0, target_x, target_y))
+    error = heading_error(x, y, direction, Waypoint(0, target_x, target_y))
     assert -PI <= error <= PI
     distance = math.hypot(target_x - x, target_y - y)
     assert x + distance * math.cos(direction + error) == pytest.approx(target_x, abs=1e-6)
@@ -36,7 +37,7 @@ def test_car_turned_by_the_heading_error_points_at_the_target(x, y, direction, t
 def test_run_up_begins_well_inside_the_turning_circle_and_ends_outside_it(side):
     student = driver(max_turn=0.1, reach_distance=20.0)
     # Steps of 10 u: the sharpest turn has a radius of 100 u, with its centre at (10, 100).
-    student.set_map([Point(0, 0.0, 100.0 * side)])
+    student.set_map([Waypoint(0, 0.0, 100.0 * side)])
     student.step(0.0, 0.0, 0.0)
     assert student.step(10.0, 0.0, 0.0)[0] == 0.0, "the target is inside the circle"
     assert student.step(20.0, 0.0, 0.0)[0] == 0.0
@@ -57,13 +58,13 @@ def visited(points, count, start=(-4.0, 0.0)):
 
 
 def test_first_target_is_the_nearest_point():
-    points = [Point(i, 10.0 * i, 0.0) for i in range(10)]
+    points = [Waypoint(i, 10.0 * i, 0.0) for i in range(10)]
     assert visited(points, 2, start=(62.0, 3.0)) == [(6, 60.0), (7, 70.0)]
 
 
 @given(st.lists(st.integers(0, 20), min_size=1, max_size=20), st.floats(-30.0, 250.0))
 def test_each_round_visits_every_point_once_in_order_of_idx(indices, start):
-    points = [Point(idx, 10.0 * place, 0.0) for place, idx in enumerate(indices)]
+    points = [Waypoint(idx, 10.0 * place, 0.0) for place, idx in enumerate(indices)]
     order = visited(points, 2 * len(points), (start, 4.0))
     first, second = order[: len(points)], order[len(points) :]
     assert first == second
@@ -74,14 +75,14 @@ def test_each_round_visits_every_point_once_in_order_of_idx(indices, start):
 def test_route_without_a_map_consists_of_sensed_points():
     route = Route()
     assert route.update(0.0, 0.0, set(), 1.0) is None
-    route.add_sensed([Point(5, 50.0, 0.0)])
+    route.add_sensed([Waypoint(5, 50.0, 0.0)])
     assert route.update(0.0, 0.0, set(), 1.0).idx == 5
-    assert route.update(50.0, 0.0, {Point(5, 50.0, 0.0)}, 1.0).idx == 5
-    route.add_sensed([Point(3, 30.0, 0.0)])
+    assert route.update(50.0, 0.0, {Waypoint(5, 50.0, 0.0)}, 1.0).idx == 5
+    route.add_sensed([Waypoint(3, 30.0, 0.0)])
     assert route.update(50.0, 0.0, set(), 1.0).idx == 3, (
         "the lowest known idx follows the highest known one"
     )
-    route.add_sensed([Point(7, 70.0, 0.0)])
+    route.add_sensed([Waypoint(7, 70.0, 0.0)])
     assert route.update(50.0, 0.0, set(), 1.0).idx == 7, (
         "a new point with a higher idx comes before the lowest one"
     )
@@ -89,7 +90,7 @@ def test_route_without_a_map_consists_of_sensed_points():
 
 def test_route_without_a_map_removes_a_point_that_no_longer_exists():
     route = Route()
-    points = [Point(i, 10.0 * i, 0.0) for i in range(3)]
+    points = [Waypoint(i, 10.0 * i, 0.0) for i in range(3)]
     route.add_sensed(points)
     assert route.update(0.0, 0.0, {points[0]}, 1.0).idx == 1
     assert route.update(10.0, 0.0, {points[0], points[2]}, 1.0).idx == 2
@@ -99,10 +100,10 @@ def test_route_without_a_map_removes_a_point_that_no_longer_exists():
 
 def test_new_map_keeps_the_progress():
     route = Route()
-    points = [Point(i, 10.0 * i, 0.0) for i in range(4)]
+    points = [Waypoint(i, 10.0 * i, 0.0) for i in range(4)]
     route.set_map(points)
     assert route.update(20.0, 0.0, points, 1.0).idx == 3
-    route.set_map([*points, Point(4, 40.0, 0.0)])
+    route.set_map([*points, Waypoint(4, 40.0, 0.0)])
     assert route.update(30.0, 0.0, points, 1.0).idx == 4
     route.set_map(points)
     assert route.update(30.0, 0.0, points, 1.0).idx == 0
@@ -112,7 +113,7 @@ def test_new_map_keeps_the_progress():
 
 def test_step_turns_by_the_gain_times_the_heading_error():
     student = driver(turn_gain=0.5, max_turn=0.25)
-    student.set_map([Point(0, 100.0, 0.0), Point(1, 300.0, 0.0)])
+    student.set_map([Waypoint(0, 100.0, 0.0), Waypoint(1, 300.0, 0.0)])
     assert student.step(0.0, 0.0, 0.1)[0] == pytest.approx(-0.05)
     assert student.step(0.0, 0.0, -1.0)[0] == 0.25
 

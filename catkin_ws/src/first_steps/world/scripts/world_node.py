@@ -9,7 +9,7 @@ import rospy
 from std_msgs.msg import Bool, Empty, UInt32
 from um_msgs.msg import CarPosition, SteeringCommand, Waypoint, Waypoints
 
-from world.settings import read_settings
+from world.rules import read_settings
 from world.simulation import Simulation
 
 

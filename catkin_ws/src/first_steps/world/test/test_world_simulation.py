@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from world.car import Field
 from world.laps import LapCounter
-from world.settings import read_settings
+from world.rules import read_settings
 from world.simulation import Simulation
 from world.waypoints import Waypoint, check_route, ellipse, load_csv
 

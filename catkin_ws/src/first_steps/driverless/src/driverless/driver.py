@@ -6,10 +6,11 @@ import math
 from types import SimpleNamespace
 from typing import Iterable
 
-from driverless.route import Point, Route
+from driverless.route import Route
+from world.waypoints import Waypoint
 
 
-def heading_error(x: float, y: float, direction: float, target: Point) -> float:
+def heading_error(x: float, y: float, direction: float, target: Waypoint) -> float:
     """Return the angle from the direction of a car at (x, y) [u] to the direction of the target.
 
     Returns:
@@ -25,22 +26,22 @@ class Driver:
         """Create a driver; `settings` are the parameters of config/driverless.yaml."""
         self.settings = settings
         self._route = Route()
-        self._sensed: set[Point] = set()
+        self._sensed: set[Waypoint] = set()
         self._position: tuple[float, float] | None = None
         self._is_running_up = False
         self._steps_without_target = 0
         self._search_turn_left = 0.0
 
-    def set_map(self, points: Iterable[Point]) -> None:
+    def set_map(self, points: Iterable[Waypoint]) -> None:
         """Set all points of the route."""
         self._route.set_map(points)
 
-    def set_sensed(self, points: Iterable[Point]) -> None:
+    def set_sensed(self, points: Iterable[Waypoint]) -> None:
         """Set the points that the sensor detects now."""
         self._sensed = set(points)
         self._route.add_sensed(self._sensed)
 
-    def step(self, x: float, y: float, direction: float) -> tuple[float, Point | None]:
+    def step(self, x: float, y: float, direction: float) -> tuple[float, Waypoint | None]:
         """Return the turn to command and the target; call it once for each position of the car.
 
         Args:
@@ -64,7 +65,7 @@ class Driver:
         return self._limited(self.settings.turn_gain * error), target
 
     def _needs_run_up(
-        self, x: float, y: float, direction: float, target: Point, turning_radius: float
+        self, x: float, y: float, direction: float, target: Waypoint, turning_radius: float
     ) -> bool:
         """Return True if the car must drive straight on before it can turn to the target.
 

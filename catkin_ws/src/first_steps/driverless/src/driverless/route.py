@@ -4,15 +4,9 @@ from __future__ import annotations
 
 import bisect
 import math
-from typing import Collection, Iterable, NamedTuple
+from typing import Collection, Iterable
 
-
-class Point(NamedTuple):
-    """A point of the route; sorts by `idx`, so points with the same idx follow each other."""
-
-    idx: int
-    x: float
-    y: float
+from world.waypoints import Waypoint
 
 
 class Route:
@@ -22,12 +16,12 @@ class Route:
     """
 
     def __init__(self) -> None:
-        self.target: Point | None = None
-        self._known: list[Point] = []
-        self._last_reached: Point | None = None
+        self.target: Waypoint | None = None
+        self._known: list[Waypoint] = []
+        self._last_reached: Waypoint | None = None
         self._has_map = False
 
-    def set_map(self, points: Iterable[Point]) -> None:
+    def set_map(self, points: Iterable[Waypoint]) -> None:
         """Replace the known points by the complete route; keep the progress."""
         self._has_map = True
         known = sorted(set(points))
@@ -35,7 +29,7 @@ class Route:
             self._known = known
             self._choose_target()
 
-    def add_sensed(self, points: Iterable[Point]) -> None:
+    def add_sensed(self, points: Iterable[Waypoint]) -> None:
         """Add points that the sensor detected, unless a map is set."""
         new = set(points).difference(self._known)
         if new and not self._has_map:
@@ -43,8 +37,8 @@ class Route:
             self._choose_target()
 
     def update(
-        self, x: float, y: float, sensed: Collection[Point], reach_distance: float
-    ) -> Point | None:
+        self, x: float, y: float, sensed: Collection[Waypoint], reach_distance: float
+    ) -> Waypoint | None:
         """Advance the target past every point that the car has reached, and return it.
 
         Without a map, a point that the sensor does not detect when the car reaches it no longer

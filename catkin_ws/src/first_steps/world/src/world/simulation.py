@@ -18,7 +18,7 @@ class Simulation:
     """
 
     def __init__(self, settings: SimpleNamespace):
-        """Create the world; `settings` are those of `world.settings.read_settings`."""
+        """Create the world; `settings` are those of `world.rules.read_settings`."""
         self.settings = settings
         self.field = Field(settings.field_width, settings.field_height, settings.car_size)
         width, height = settings.ellipse_width, settings.ellipse_height
