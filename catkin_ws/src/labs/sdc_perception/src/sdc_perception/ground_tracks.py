@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Generic, Tuple, TypeVar
+from typing import Any, Tuple
 
 import numpy as np
 
 from sdc_common.validation import check_non_negative, check_positive
 
 Pose = Tuple[float, float, float]  # x [m], y [m], yaw [rad]
-Seen = TypeVar("Seen")
 
 # Greatest distance between a sighting and its track, in standard deviations.
 _GATE = 4.0
@@ -41,24 +40,14 @@ class TrackSettings:
         )
 
 
-@dataclass(frozen=True)
-class Sighting(Generic[Seen]):
-    """What one picture shows."""
-
-    x_m: float  # position ahead of the car's centre [m]
-    y_m: float  # position to the left of it [m]
-    deviation_m: float  # standard deviation along the line of sight [m]
-    seen: Seen  # anything that belongs to it
-
-
 @dataclass
-class GroundTrack(Generic[Seen]):
+class GroundTrack:
     """Something on the ground."""
 
     id: int  # number of the track
     state: np.ndarray  # x [m], y [m], and their rates [m/s]
     covariance: np.ndarray  # covariance of the state (4, 4)
-    seen: Seen  # what belongs to the last sighting
+    seen: Any  # the last sighting
     last_s: float  # time of the last sighting [s]
     sightings: int = 1  # number of sightings
     fresh: bool = True  # whether the last picture shows it
@@ -76,7 +65,7 @@ class GroundTrack(Generic[Seen]):
         return speed if speed > max(0.3, 2.0 * deviation) else 0.0
 
 
-class GroundTracks(Generic[Seen]):
+class GroundTracks:
     """Kalman filters with constant velocity, one for each track.
 
     Reference: Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and
@@ -85,17 +74,16 @@ class GroundTracks(Generic[Seen]):
 
     def __init__(self, settings: TrackSettings):
         self._settings = settings
-        self._tracks: list[GroundTrack[Seen]] = []
+        self._tracks: list[GroundTrack] = []
         self._next_id = 1
         self._time_s: float | None = None
 
-    def update(
-        self, sightings: Sequence[Sighting[Seen]], pose: Pose, time_s: float
-    ) -> list[GroundTrack[Seen]]:
+    def update(self, sightings: Sequence[Any], pose: Pose, time_s: float) -> list[GroundTrack]:
         """Return the confirmed tracks after a picture.
 
         Args:
-            sightings: what the picture shows
+            sightings: what the picture shows, with `x_m` ahead of the car's centre and `y_m` to the
+                left [m], and `distance_deviation_m`, the deviation along the line of sight [m]
             pose: x [m], y [m] and yaw [rad] of the car in the frame of the odometry
             time_s: time of the picture [s]
         """
@@ -108,7 +96,7 @@ class GroundTracks(Generic[Seen]):
         measured = [_in_frame(sighting, pose) for sighting in sightings]
         free = self._match(measured, sightings, time_s)
         for number in free:
-            self._begin(measured[number], sightings[number].seen, time_s)
+            self._begin(measured[number], sightings[number], time_s)
         lost_s = self._settings.lost_s
         self._tracks = [
             track
@@ -117,7 +105,7 @@ class GroundTracks(Generic[Seen]):
         ]
         return [track for track in self._tracks if track.sightings >= self._settings.confirm]
 
-    def _predict(self, track: GroundTrack[Seen], step_s: float) -> None:
+    def _predict(self, track: GroundTrack, step_s: float) -> None:
         settings, track.fresh = self._settings, False
         move = np.eye(4)
         move[0, 2] = move[1, 3] = step_s
@@ -133,7 +121,7 @@ class GroundTracks(Generic[Seen]):
     def _match(
         self,
         measured: list[tuple[np.ndarray, np.ndarray]],
-        sightings: Sequence[Sighting[Seen]],
+        sightings: Sequence[Any],
         time_s: float,
     ) -> list[int]:
         """Update each track with the sighting next to it; return the sightings that remain."""
@@ -151,11 +139,11 @@ class GroundTracks(Generic[Seen]):
                 free.discard(number)
                 taken.add(track.id)
                 _correct(track, *measured[number])
-                track.seen, track.last_s, track.fresh = sightings[number].seen, time_s, True
+                track.seen, track.last_s, track.fresh = sightings[number], time_s, True
                 track.sightings += 1
         return sorted(free)
 
-    def _begin(self, measured: tuple[np.ndarray, np.ndarray], seen: Seen, time_s: float) -> None:
+    def _begin(self, measured: tuple[np.ndarray, np.ndarray], seen: Any, time_s: float) -> None:
         point, noise = measured
         covariance = np.zeros((4, 4))
         covariance[:2, :2] = noise
@@ -165,7 +153,7 @@ class GroundTracks(Generic[Seen]):
         self._next_id += 1
 
 
-def _in_frame(sighting: Sighting, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
+def _in_frame(sighting: Any, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
     """Return position (2,) and covariance (2, 2) of a sighting in the frame of the odometry."""
     x, y, yaw = pose
     c, s = math.cos(yaw), math.sin(yaw)
@@ -176,7 +164,7 @@ def _in_frame(sighting: Sighting, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
     bearing = yaw + math.atan2(sighting.y_m, sighting.x_m)
     sight = np.array([math.cos(bearing), math.sin(bearing)])
     across = np.array([-sight[1], sight[0]])
-    along_m = math.hypot(sighting.deviation_m, _AHEAD_M, _DISTANCE_SHARE * distance)
+    along_m = math.hypot(sighting.distance_deviation_m, _AHEAD_M, _DISTANCE_SHARE * distance)
     side_m = math.hypot(_SIDE_M, _BEARING_RAD * distance)
     return point, along_m**2 * np.outer(sight, sight) + side_m**2 * np.outer(across, across)
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sdc_perception.detection_overlay import draw_lights
-from sdc_perception.ground_tracks import GroundTracks, Pose, Sighting
+from sdc_perception.ground_tracks import GroundTracks, Pose
 from sdc_perception.light_detection import LightFinder, LightSettings, SeenLight
 
 # Pictures in a row that must show a new colour until it counts.
@@ -35,7 +35,7 @@ class LightTracker:
         """Prepare the tracker for pictures with the camera matrix `intrinsic` (3, 3) [px]."""
         self.seen: list[SeenLight] = []
         self._finder = LightFinder(settings, intrinsic)
-        self._tracks: GroundTracks[SeenLight] = GroundTracks(settings.tracks)
+        self._tracks = GroundTracks(settings.tracks)
 
     def detect(self, image: np.ndarray, pose: Pose, time_s: float) -> list[TrackedLight]:
         """Return the lights.
@@ -46,11 +46,8 @@ class LightTracker:
             time_s: time of the picture [s]
         """
         self.seen = self._finder.find(image)
-        sightings = [
-            Sighting(light.x_m, light.y_m, light.distance_deviation_m, light) for light in self.seen
-        ]
         lights = []
-        for track in self._tracks.update(sightings, pose, time_s):
+        for track in self._tracks.update(self.seen, pose, time_s):
             memory = track.memory
             states = memory.setdefault("states", deque(maxlen=_SAME_COLOUR))
             if track.fresh:

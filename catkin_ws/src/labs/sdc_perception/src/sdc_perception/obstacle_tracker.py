@@ -8,7 +8,7 @@ import numpy as np
 
 from sdc_common.driving import DetectedObstacle
 from sdc_perception.detection_overlay import draw_obstacles
-from sdc_perception.ground_tracks import GroundTrack, GroundTracks, Pose, Sighting
+from sdc_perception.ground_tracks import GroundTrack, GroundTracks, Pose
 from sdc_perception.obstacle_detection import BodyFinder, ObstacleSettings, SeenBody
 
 # Share of a new measurement of a body's size.
@@ -27,9 +27,7 @@ class ObstacleTracker:
         self.seen: list[SeenBody] = []
         self._kinds = settings.kinds
         self._finder = BodyFinder(settings, intrinsic)
-        self._tracks: dict[str, GroundTracks[SeenBody]] = {
-            name: GroundTracks(settings.tracks) for name in settings.kinds
-        }
+        self._tracks = {name: GroundTracks(settings.tracks) for name in settings.kinds}
 
     def detect(self, image: np.ndarray, pose: Pose, time_s: float) -> list[DetectedObstacle]:
         """Return the bodies; one that stands has the line of sight as its heading.
@@ -42,16 +40,12 @@ class ObstacleTracker:
         self.seen = self._finder.find(image)
         bodies = []
         for number, (name, tracks) in enumerate(self._tracks.items()):
-            sightings = [
-                Sighting(body.x_m, body.y_m, body.distance_deviation_m, body)
-                for body in self.seen
-                if body.kind == name
-            ]
-            for track in tracks.update(sightings, pose, time_s):
+            seen = [body for body in self.seen if body.kind == name]
+            for track in tracks.update(seen, pose, time_s):
                 bodies.append(self._body(track, len(self._tracks) * track.id + number, pose))
         return bodies
 
-    def _body(self, track: GroundTrack[SeenBody], number: int, pose: Pose) -> DetectedObstacle:
+    def _body(self, track: GroundTrack, number: int, pose: Pose) -> DetectedObstacle:
         seen, memory = track.seen, track.memory
         if track.fresh:
             for name, value in (("depth", seen.depth_m), ("width", seen.width_m)):

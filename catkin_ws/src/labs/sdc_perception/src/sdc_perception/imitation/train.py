@@ -36,18 +36,14 @@ _VALIDATION_EVERY = 10
 
 def train(
     samples: Samples, updates: int, seed: int = 0, lesson: dict[str, Any] | None = None
-) -> tuple[SteeringNetwork, list]:
-    """Train a network.
+) -> SteeringNetwork:
+    """Return a trained network; print how well it is trained after each tenth of the updates.
 
     Args:
         samples: the samples
         updates: number of updates of the weights, each with 64 samples
         seed: seed of the first weights and of the order of the samples
         lesson: a student's `balance` and `loss` by name; None: all samples alike, and PyTorch's
-
-    Returns:
-        the network, and a row for each tenth of the training: updates so far, mean loss, and root
-        mean square errors of curvature [1/m] and speed [m/s] on samples that were not trained on
     """
     # A batch is too small for two threads, and with one the result is the same on all machines.
     torch.set_num_threads(1)
@@ -62,7 +58,7 @@ def train(
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, updates)
     loss_of = lesson["loss"] if lesson else nn.functional.smooth_l1_loss
     shown = lesson["balance"](samples.answers[trained, 0], CURVATURES_1PM) if lesson else None
-    curve, losses = [], []
+    losses = []
     for update in range(1, updates + 1):
         batch = random.choice(trained, _BATCH, p=shown)
         views = network_input(samples.views[batch])
@@ -78,14 +74,13 @@ def train(
             network = SteeringNetwork(layers)
             errors = validate(network, samples.only(kept)) if len(kept) else (np.nan, np.nan)
             layers.train()
-            curve.append((update, float(np.mean(losses)), *errors))
             print(
-                f"{update:6d} updates: loss {curve[-1][1]:.4f}, curvature error "
+                f"{update:6d} updates: loss {np.mean(losses):.4f}, curvature error "
                 f"{errors[0]:.4f} 1/m, speed error {errors[1]:.2f} m/s",
                 flush=True,
             )
             losses = []
-    return SteeringNetwork(layers), curve
+    return SteeringNetwork(layers)
 
 
 def validate(network: SteeringNetwork, samples: Samples) -> tuple[float, float]:
@@ -114,7 +109,7 @@ def main() -> None:
         if options.on_line_only:
             samples = samples.only(~samples.off_line)
         lesson = runpy.run_path(options.lesson) if options.lesson else None
-        network, _ = train(samples, updates, options.seed, lesson)
+        network = train(samples, updates, options.seed, lesson)
         network.save(options.network)
     except (OSError, ValueError) as error:
         sys.exit(f"train: {error}")
