@@ -96,8 +96,8 @@ class TrackedLane(NamedTuple):
         points, curvatures = np.column_stack([message.x_m, message.y_m]), message.curvatures_1pm
         if not (len(points) == len(curvatures) > 1 and np.isfinite(points).all()):
             raise ValueError("the lane has fewer than two points, or one that is not finite")
-        numbers = (getattr(message, name) for name in NUMBERS)
-        return cls(*numbers, points, np.array(curvatures))
+        numbers = [getattr(message, name) for name in NUMBERS]
+        return cls._make([*numbers, points, np.array(curvatures)])
 
 
 # Fields of a lane that its message has under the same name.

@@ -56,7 +56,8 @@ class PictureDetectorNode:
             self._settings = read(parameter)
         except (TypeError, ValueError) as error:
             refuse(f"config/{name}.yaml: {error}")
-        self._start, self._message, self._detector = start, message, None
+        self._start, self._message = start, message
+        self._detector: Any = None
         self._bridge = CvBridge()
         self._show = parameter("show_window")
         self._window = CameraWindow(self._show, False)
