@@ -39,7 +39,6 @@ def test_car_is_seen_from_behind_or_from_its_side(finder, render, body, yaw_rad,
     (car,) = finder.find(render(body("car", 15.0, 0.0, yaw_rad)))
     assert car.width_m == pytest.approx(width_m, abs=0.3)
     assert car.depth_m == depth_m
-    assert car.whole
 
 
 def test_two_cars_that_overlap_in_the_picture_are_two(finder, render, body):

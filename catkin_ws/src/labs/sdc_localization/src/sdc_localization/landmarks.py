@@ -84,7 +84,6 @@ class LandmarkMap:
     def _correct(self, localizer: Localizer, measured: np.ndarray) -> bool:
         """Correct by one measurement, whose landmark is the most plausible one."""
         state = localizer.state
-        assert state is not None
         direction = state[YAW] + measured[1]
         place = (
             state[X] + measured[0] * math.cos(direction),

@@ -104,7 +104,7 @@ class Localizer:
 
     def __init__(self, settings: LocalizerSettings):
         self.settings = settings
-        self.state: np.ndarray | None = None
+        self.state: np.ndarray = None  # type: ignore[assignment]
         self.covariance = np.zeros((SIZE, SIZE))
         self._refused_since_s: float | None = None
         self._motion: tuple[float, float, float] | None = None
@@ -169,7 +169,6 @@ class Localizer:
         Returns:
             whether the position was used
         """
-        assert self.state is not None
         used = self.correct(
             np.array([x_m - self.state[X], y_m - self.state[Y]]),
             _POSITION,
@@ -191,7 +190,6 @@ class Localizer:
             R: (m, m) covariance of its noise
             limit: quantile of the chi-square distribution with m degrees of freedom
         """
-        assert self.state is not None
         S = kalman.innovation_covariance(self.covariance, H, R)
         if not kalman.is_plausible(innovation, S, limit):
             return False
@@ -209,7 +207,6 @@ class Localizer:
     @property
     def estimate(self) -> Estimate:
         """The present estimate; call it after `start` and `move`."""
-        assert self.state is not None
         assert self._motion is not None
         _, wheel, gyro = self._motion
         x, y, yaw, bias, scale = self.state.tolist()
@@ -228,7 +225,6 @@ class Localizer:
         return self._motion[0] if self._motion is not None else 0.0
 
     def _sideways(self, wheel_mps: float, gyro_radps: float) -> float:
-        assert self.state is not None
         return sideways_speed(
             (1.0 + self.state[SCALE]) * wheel_mps,
             gyro_radps - self.state[BIAS],
@@ -238,7 +234,6 @@ class Localizer:
 
     def _motion_noise(self, wheel_mps: float, gyro_radps: float, step_s: float) -> np.ndarray:
         """Return Q: it grows with the distance, with the angle of the turn, and with time."""
-        assert self.state is not None
         s = self.settings
         distance = abs(wheel_mps) * step_s
         along, across = s.along_m_per_sqrt_m**2 * distance, s.across_m_per_sqrt_m**2 * distance

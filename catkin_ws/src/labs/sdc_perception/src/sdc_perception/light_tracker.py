@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sdc_perception.detection_overlay import draw_lights
 from sdc_perception.ground_tracks import GroundTracks, Pose
 from sdc_perception.light_detection import LightFinder, LightSettings, SeenLight
+from sdc_perception.overlay import draw_lights
 
 # Pictures in a row that must show a new colour until it counts.
 _SAME_COLOUR = 2

@@ -82,7 +82,6 @@ class Markings(NamedTuple):
     row: np.ndarray  # index (M,) of the profile
     offset_m: np.ndarray  # distances (M,) to the left of the predicted line [m]
     deviation_m: np.ndarray  # standard deviations (M,) [m]
-    strength: np.ndarray  # difference (M,) to the sides, as a share of the brightness
 
 
 class MarkingSearch:
@@ -110,7 +109,7 @@ class MarkingSearch:
         length_px, inside = self._lengths_px(views[0], points_m, left)
         rows = np.flatnonzero(inside)
         if len(rows) == 0:
-            return Markings(rows, np.zeros(0), np.zeros(0), np.zeros(0)), inside
+            return Markings(rows, np.zeros(0), np.zeros(0)), inside
         pixel_m = 1.0 / length_px[rows]
         spacing = np.maximum(_NARROWEST_M, _SAMPLE_PER_PIXEL * pixel_m)
         across = spacing[:, None] * np.arange(-_SIDE, _SIDE + 1)
@@ -208,7 +207,7 @@ class MarkingSearch:
         fine = np.clip(0.5 * (after - before) / bend, -0.5, 0.5)
         offset = (best - half + fine) * spacing
         deviation = np.hypot(0.04, 0.5 * pixel_m)
-        return Markings(rows[found], offset[found], deviation[found], share[found])
+        return Markings(rows[found], offset[found], deviation[found])
 
     @staticmethod
     def _is_kerb(box: np.ndarray, darkest: np.ndarray, spacing: np.ndarray) -> np.ndarray:

@@ -83,7 +83,6 @@ class SeenBody(NamedTuple):
     distance_deviation_m: float  # standard deviation along the line of sight [m]
     width_m: float  # width across the line of sight [m]
     depth_m: float  # size along the line of sight that a body of this kind and width has [m]
-    whole: bool  # whether both sides are in the picture and not hidden
     box: tuple[float, float, float, float]  # left, top, right, bottom [px]
 
 
@@ -165,8 +164,7 @@ class BodyFinder:
         if width_m > kind.width_m[1] or (whole and width_m < least_m):
             return None
         deviation_m, box = depth * _EDGE_PX / below, (left, upper, right, lower)
-        whole = whole and not hidden
-        return SeenBody(name, x, y, deviation_m, width_m, self._depth_m(name, width_m), whole, box)
+        return SeenBody(name, x, y, deviation_m, width_m, self._depth_m(name, width_m), box)
 
     def _depth_m(self, name: str, width_m: float) -> float:
         """Return the size along the line of sight of a body that is seen with a width [m]."""
@@ -201,7 +199,6 @@ class BodyFinder:
             y_m=(self._centre_u - 0.5 * (left + right)) / scale,
             width_m=width_m,
             depth_m=self._depth_m(one.kind, width_m),
-            whole=one.whole and other.whole,
             box=(left, top, right, bottom),
         )
 

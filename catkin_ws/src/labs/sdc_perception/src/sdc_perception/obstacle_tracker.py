@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from sdc_common.driving import DetectedObstacle
-from sdc_perception.detection_overlay import draw_obstacles
 from sdc_perception.ground_tracks import GroundTrack, GroundTracks, Pose
 from sdc_perception.obstacle_detection import BodyFinder, ObstacleSettings, SeenBody
+from sdc_perception.overlay import draw_obstacles
 
 # Share of a new measurement of a body's size.
 _SIZE_GAIN = 0.2

@@ -11,10 +11,11 @@ from sdc_perception.ground_plane import GroundPlane
 from sdc_perception.ground_tracks import Pose
 from sdc_perception.lane_acquisition import LaneGuess
 from sdc_perception.lane_detection import LaneDetector
-from sdc_perception.overlay import LINES_BGR, draw_dot
+from sdc_perception.overlay import LINES_BGR, draw_dot, write
 
 _GRID_BGR, _POINT_BGR = (0, 255, 255), (255, 0, 255)
 _NEAREST_M, _FARTHEST_M, _LABELLED_M, _SIDE_M = 3.0, 40.0, 15.0, 6.0
+_BELOW = 12, 466  # where a text begins, near the lower edge [px]
 
 
 def draw_ground(picture: np.ndarray, detector: LaneDetector, pose: Pose) -> None:
@@ -35,23 +36,25 @@ def draw_markings(picture: np.ndarray, detector: LaneDetector, pose: Pose) -> No
     points_m = detector.marking_points(picture)
     for pixel in detector.ground.pixels(points_m):
         draw_dot(picture, pixel, _POINT_BGR)
-    _write(picture, f"{len(points_m)} points on markings")
+    write(picture, f"{len(points_m)} points on markings", _BELOW, 0.5)
 
 
 def draw_guess(picture: np.ndarray, detector: LaneDetector, pose: Pose) -> None:
     """Draw the lines of the lane that most points are on."""
     guess = detector.guess(picture)
     if guess is None:
-        _write(picture, "no lane")
+        write(picture, "no lane", _BELOW, 0.5)
         return
     x = np.arange(_NEAREST_M, 18.0, 0.25)
     for line_m, colour in zip(detector.lines_m, LINES_BGR):
         for pixel in detector.ground.pixels(np.column_stack([x, _centre_m(guess, x) + line_m])):
             draw_dot(picture, pixel, colour)
-    _write(
+    write(
         picture,
         f"{guess.inliers} points  offset {guess.offset_m:+.2f} m  "
         f"heading {guess.heading_error_rad:+.2f} rad  curvature {guess.curvature_1pm:+.3f} 1/m",
+        _BELOW,
+        0.5,
     )
 
 
@@ -78,9 +81,3 @@ def _draw_line(picture: np.ndarray, ground: GroundPlane, points_m: np.ndarray) -
     near = np.isfinite(pixels).all(axis=1) & (np.abs(pixels) < 1e4).all(axis=1)
     corners = np.round(pixels[near]).astype(np.int32)
     cv2.polylines(picture, [corners], False, _GRID_BGR, 1, cv2.LINE_AA)
-
-
-def _write(picture: np.ndarray, text: str) -> None:
-    at = 12, len(picture) - 14
-    for colour, thickness in (((0, 0, 0), 3), ((255, 255, 255), 1)):
-        cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.5, colour, thickness)

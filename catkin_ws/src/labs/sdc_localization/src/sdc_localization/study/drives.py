@@ -5,7 +5,6 @@ python3 -m sdc_localization.study.drives [ROUTES] prints the errors and their co
 
 from __future__ import annotations
 
-import math
 import os
 import sys
 from dataclasses import dataclass
@@ -17,10 +16,8 @@ from scipy.stats import chi2
 
 from sdc_common.configuration import node_config
 from sdc_common.geometry.angles import wrap_angle
-from sdc_common.geometry.geodesy import map_from_geodetic
-from sdc_common.ros.conversion import rear_axle_speed
-from sdc_common.ros.odometry import pose_and_speed
-from sdc_localization.localizer import Localizer, LocalizerSettings
+from sdc_common.ros.odometry import GROUND_TRUTH, pose_and_speed
+from sdc_localization.localizer import LocalizerSettings
 from sdc_sim.road.random_routes import long_route
 from sdc_sim.runner import isolated_drive
 from sdc_sim.scenario.acceptance_limits import read_report
@@ -28,14 +25,8 @@ from sdc_sim.scenario.packaged import options_text
 
 ROUTES = 20
 OUTAGE_S = 5.0
-_EGO = "/carla/ego_vehicle"
-_TOPICS = (
-    f"{_EGO}/odometry",
-    "/sim/ground_truth/odometry",
-    f"{_EGO}/wheel_speeds",
-    f"{_EGO}/imu",
-    f"{_EGO}/gnss/front/gnss",
-)
+# Of the estimate, and of the truth.
+_TOPICS = ("/carla/ego_vehicle/odometry", GROUND_TRUTH)
 # Probability of the band in which a consistent filter is.
 _BAND = 0.95
 
@@ -49,8 +40,6 @@ class LocalizedDrive:
     truth: np.ndarray  # (N, 3) x, y, yaw [m, m, rad]
     estimates: np.ndarray  # (N, 3) what the localizer published [m, m, rad]
     covariances: np.ndarray  # (N, 3, 3) how sure it was
-    dead_reckoned: np.ndarray  # (N, 2) x and y by the wheels and the gyroscope alone [m]
-    fixes: np.ndarray  # (N, 2) x and y of the GNSS, NaN without a fix [m]
 
     @property
     def errors(self) -> np.ndarray:
@@ -110,38 +99,14 @@ def drive_localized(
         with rosbag.Bag(os.path.splitext(drive.report_path)[0] + ".bag") as bag:
             for topic, message, _ in bag.read_messages():
                 received[topic][message.header.stamp.to_nsec()] = message
-        return _drive(read_report(drive.report_path)[0], received, route_m)
-
-
-def _drive(
-    metrics: dict[str, Any], received: Mapping[str, Mapping[int, Any]], route_m: np.ndarray
-) -> LocalizedDrive:
-    """Return the drive of some messages, by their topics and stamps."""
-    odometry, truth, wheels, imus, fixes = (received[topic] for topic in _TOPICS)
-    parameters = node_config("sdc_localization", "localizer")
-    alone = Localizer(LocalizerSettings.read(parameters.__getitem__))
+        metrics = read_report(drive.report_path)[0]
     rows = []
-    for stamp_ns in sorted(set(odometry) & set(truth) & set(wheels) & set(imus)):
-        speed = rear_axle_speed(
-            wheels[stamp_ns].name, wheels[stamp_ns].velocity, parameters["wheel_radius_m"]
-        )
-        alone.move(1e-9 * stamp_ns, speed, imus[stamp_ns].angular_velocity.z)
-        fix, place = fixes.get(stamp_ns), (math.nan, math.nan)
-        if fix is not None and fix.status.status >= fix.status.STATUS_FIX:
-            place = map_from_geodetic(fix.latitude, fix.longitude)
-            if not alone.started:
-                alone.start(*place, fix.position_covariance[0], route_m)
-        covariance = np.reshape(odometry[stamp_ns].pose.covariance, (6, 6))
-        rows.append(
-            (
-                1e-9 * stamp_ns,
-                pose_and_speed(truth[stamp_ns])[:3],
-                pose_and_speed(odometry[stamp_ns])[:3],
-                covariance[np.ix_((0, 1, 5), (0, 1, 5))],
-                alone.estimate[:2],
-                place,
-            )
-        )
+    for stamp_ns, truth in sorted(received[GROUND_TRUTH].items()):
+        estimate = received[_TOPICS[0]].get(stamp_ns)
+        if estimate is not None:
+            covariance = np.reshape(estimate.pose.covariance, (6, 6))
+            poses = pose_and_speed(truth)[:3], pose_and_speed(estimate)[:3]
+            rows.append((1e-9 * stamp_ns, *poses, covariance[np.ix_((0, 1, 5), (0, 1, 5))]))
     return LocalizedDrive(metrics, *map(np.array, zip(*rows)))
 
 
