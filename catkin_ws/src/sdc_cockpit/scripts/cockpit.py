@@ -182,15 +182,9 @@ class Cockpit:
     def joined(self, viewer):
         if len(self.viewers) == 1:
             self.log.take_new()  # The page gets all lines below.
-        viewer.send(
-            protocol.json_message(
-                "hello",
-                viewer=viewer.number,
-                full_speed=self.full_speed_mps,
-                log=self.log.all(),
-                fields={"scenario": {"enum": self.scenarios}, **form_fields()},
-            )
-        )
+        fields = {"scenario": {"enum": self.scenarios}, **form_fields()}
+        values = {"viewer": viewer.number, "full_speed": self.full_speed_mps, "fields": fields}
+        viewer.send(protocol.json_message("hello", log=self.log.all(), **values))
         self.executor.submit(self.send_drives)
         self.next_nodes_s = self.next_state_s = 0.0
         self.subscribe()

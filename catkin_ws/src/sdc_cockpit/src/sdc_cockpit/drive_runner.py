@@ -19,11 +19,8 @@ import rospkg
 
 _REPORT, _PAGE, _LOG, _DRIVE = "report.json", "report.html", "drive.log", "drive.json"
 _METRICS = (
-    "status",
-    "driving_score",
-    "route_completion_percent",
-    "duration_s",
-    "cross_track_rms_m",
+    *("status", "route_completion_percent", "duration_s"),
+    *("cross_track_rms_m", "driving_score"),
 )
 _MAX_LISTED = 50
 _COMPARE_LIMIT_S = 60.0

@@ -80,11 +80,7 @@ class DriveView:
             Feed(LOCAL_PATH),
             Feed(STATUS, rests=True),
             Feed(OBSTACLES, rests=True),
-            Feed(LIGHT_INFO),
-            Feed(LIGHT_STATUS),
-            Feed(SPEED_REASON),
-            Feed(SPEED_DETAIL),
-            Feed(LANE_OFFSET),
+            *map(Feed, (LIGHT_INFO, LIGHT_STATUS, SPEED_REASON, SPEED_DETAIL, LANE_OFFSET)),
         ]
         self._sensors = SensorView()
         self.feeds += self._sensors.feeds

@@ -11,13 +11,8 @@ from std_srvs.srv import Trigger
 from sdc_common.validation import is_number
 
 _SIM, _CONTROLLER = "/sim", "/simple_controller"
-_DISTURBANCES = (
-    "friction",
-    "side_wind_mps",
-    "odometry_noise/position_m",
-    "odometry_noise/heading_rad",
-    "odometry_noise/speed_mps",
-)
+_NOISE = ("position_m", "heading_rad", "speed_mps")
+_DISTURBANCES = ("friction", "side_wind_mps", *(f"odometry_noise/{name}" for name in _NOISE))
 
 
 def live_parameters() -> dict[str, float]:

@@ -56,15 +56,9 @@ class RoadView:
         """Return route and road as JSON; the first call computes it."""
         if self._json is None:
             markings = world_markings(self._route.points, self._map_path)
-            self._json = json.dumps(
-                {
-                    "route": _rounded(self._route.points),
-                    "edges": _rounded(markings.edges),
-                    "dashes": _rounded(markings.dashes),
-                    "surface": _rounded(markings.surface),
-                },
-                separators=(",", ":"),
-            ).encode()
+            shapes = {"route": self._route.points, **vars(markings)}
+            flat = {name: _rounded(points) for name, points in shapes.items()}
+            self._json = json.dumps(flat, separators=(",", ":")).encode()
         return self._json
 
 

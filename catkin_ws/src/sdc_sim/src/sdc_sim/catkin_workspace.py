@@ -20,12 +20,8 @@ import rospkg
 _SETUP_FILES = ("devel/setup.bash", "install/setup.bash", "setup.bash")
 # Set by the setup files of workspaces. They are unset, so that no other workspace is visible.
 PATH_VARIABLES = (
-    "CMAKE_PREFIX_PATH",
-    "LD_LIBRARY_PATH",
-    "PKG_CONFIG_PATH",
-    "PYTHONPATH",
-    "ROSLISP_PACKAGE_DIRECTORIES",
-    "ROS_PACKAGE_PATH",
+    *("CMAKE_PREFIX_PATH", "LD_LIBRARY_PATH", "PKG_CONFIG_PATH", "PYTHONPATH"),
+    *("ROSLISP_PACKAGE_DIRECTORIES", "ROS_PACKAGE_PATH"),
 )
 # A setup file may set these as well. The master of the drive stays the master of its stack.
 _NETWORK_VARIABLES = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME")

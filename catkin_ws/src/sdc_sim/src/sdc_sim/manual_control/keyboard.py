@@ -68,14 +68,12 @@ class KeyboardControl:
         actions = {ACTIONS.get(key) for key in held}
         last = self.command
         direction = ("right" in actions) - ("left" in actions)
+        throttle = min(1.0, last.throttle + self.rates.throttle_per_s * step_s)
+        brake = min(1.0, last.brake + self.rates.brake_per_s * step_s)
         self.command = Command(
-            throttle=min(1.0, last.throttle + self.rates.throttle_per_s * step_s)
-            if "throttle" in actions
-            else 0.0,
-            steer=self._steer(last.steer, direction, step_s),
-            brake=min(1.0, last.brake + self.rates.brake_per_s * step_s)
-            if "brake" in actions
-            else 0.0,
+            throttle if "throttle" in actions else 0.0,
+            self._steer(last.steer, direction, step_s),
+            brake if "brake" in actions else 0.0,
             hand_brake="hand_brake" in actions,
             reverse=last.reverse,
         )

@@ -101,13 +101,8 @@ def command_of(message: Any) -> Command:
 
 def ackermann_target(message: AckermannDrive) -> AckermannTarget:
     """Return the target in an AckermannDrive."""
-    return AckermannTarget(
-        message.steering_angle,
-        message.steering_angle_velocity,
-        message.speed,
-        message.acceleration,
-        message.jerk,
-    )
+    angle = message.steering_angle, message.steering_angle_velocity
+    return AckermannTarget(*angle, message.speed, message.acceleration, message.jerk)
 
 
 def odometry_message(
