@@ -7,36 +7,18 @@ from hypothesis import strategies as st
 from sdc_cockpit.drive_arguments import drive_arguments, form_fields
 
 SCENARIOS = ["oval", "town"]
-VALUES = (
-    st.none()
-    | st.booleans()
-    | st.floats()
-    | st.integers()
-    | st.text(max_size=20)
-    | st.sampled_from(["stanley", "$(eval 1)", "my_module:MySteering", "1 --screen"])
-    | st.lists(st.integers(), max_size=2)
-)
+VALUES = st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=20)
+VALUES |= st.sampled_from(["stanley", "$(eval 1)", "my_module:MySteering", "1 --screen"])
+VALUES |= st.lists(st.integers(), max_size=2)
 NAMES = st.sampled_from([*form_fields(), "stack"])
 
 
 def test_chosen_values_become_arguments():
-    values = {
-        "sync": True,
-        "camera": False,
-        "steering_method": "lqr",
-        "planned_speed_mps": 7.5,
-        "friction": 0.6,
-        "seed": 7,
-    }
-    assert drive_arguments("oval", values, SCENARIOS) == [
-        "scenario:=oval",
-        "sync:=true",
-        "camera:=false",
-        "steering_method:=lqr",
-        "planned_speed_mps:=7.5",
-        "seed:=7",
-        'sim_options:={"friction": 0.6}',
-    ]
+    values = {"sync": True, "camera": False, "steering_method": "lqr", "planned_speed_mps": 7.5}
+    values.update(friction=0.6, seed=7)
+    words = "scenario:=oval sync:=true camera:=false steering_method:=lqr planned_speed_mps:=7.5"
+    expected = [*words.split(), "seed:=7", 'sim_options:={"friction": 0.6}']
+    assert drive_arguments("oval", values, SCENARIOS) == expected
     assert drive_arguments("", {}, SCENARIOS) == []
 
 

@@ -48,10 +48,6 @@ def runner(tmp_path):
     runner.end()
 
 
-def wait_until_ready(tmp_path, name):
-    wait_until_exists(tmp_path / "drives" / name / "ready")
-
-
 def wait_until_exists(path):
     limit_s = time.monotonic() + 60.0
     while not path.exists():
@@ -75,7 +71,7 @@ def test_drive_that_ends_is_listed_with_its_report(runner):
 
 def test_one_drive_runs_at_a_time_and_a_stop_ends_it(runner, tmp_path):
     name = runner.start("", [])
-    wait_until_ready(tmp_path, name)
+    wait_until_exists(tmp_path / "drives" / name / "ready")
     with pytest.raises(ValueError, match=f"the drive {name} runs; stop it first"):
         runner.start("", [])
     assert runner.past() == []
@@ -89,13 +85,8 @@ def test_one_drive_runs_at_a_time_and_a_stop_ends_it(runner, tmp_path):
 def test_no_other_file_is_served(runner):
     name = runner.start("", ["sync:=true"])
     assert runner.ended()
-    for drive, file in (
-        (name, "drive.json"),
-        (name, "../drive"),
-        ("..", "drive"),
-        ("other", "report.html"),
-    ):
-        assert runner.file(drive, file) is None
+    others = (name, "drive.json"), (name, "../drive"), ("..", "drive"), ("other", "report.html")
+    assert [runner.file(*one) for one in others] == [None] * 4
     with pytest.raises(ValueError, match="there is no drive '../x'"):
         runner.comparison(name, "../x")
 
@@ -152,7 +143,7 @@ threading.Event().wait()
 """
     starter = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     name = starter.stdout.readline().strip()
-    wait_until_ready(tmp_path, name)
+    wait_until_exists(tmp_path / "drives" / name / "ready")
     os.kill(starter.pid, signal.SIGKILL)
     starter.wait()
     wait_until_exists(tmp_path / "drives" / name / "report.html")

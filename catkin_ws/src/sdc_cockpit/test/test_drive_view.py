@@ -30,11 +30,8 @@ def odometry(y_m=0.0):
 
 @pytest.mark.parametrize(
     ("reason", "shown"),
-    [
-        ("traffic_light", "stops at a traffic light"),
-        ("own_words", "own_words"),
-        ("x" * 99, "x" * 80),
-    ],
+    [("traffic_light", "stops at a traffic light"), ("own_words", "own_words")]
+    + [("x" * 99, "x" * 80)],
 )
 def test_reason_is_shown_in_words(view, reason, shown):
     receive(view, ODOMETRY, odometry(), 5.0)

@@ -60,9 +60,8 @@ async def drive_and_vanish(address):
 
     await watcher.next("state", lambda state: state["speed"] and state["speed"] > 1.0)
     await person.send("drive")
-    await watcher.next(
-        "state", lambda state: state["mode"] == "person" and throttle_of(state) == 1.0, throttle
-    )
+    is_driven = lambda state: state["mode"] == "person" and throttle_of(state) == 1.0  # noqa: E731
+    await watcher.next("state", is_driven, throttle)
     # The connection stays open without controls, as that of a laptop that sleeps.
     vanished = await watcher.next("state")
     braked = await watcher.next("state", lambda state: state["command"]["brake"] == 1.0)
@@ -120,9 +119,8 @@ async def start_stop_and_fail(address):
 
     await page.send("start", scenario="oval", arguments={"camera": False, "friction": 0.8})
     # The state of the first drive is gone: this is the second one.
-    await page.next(
-        "state", lambda state: state["t"] and state["t"] < 15.0 and state["speed"] > 1.0
-    )
+    begins = lambda state: state["t"] and state["t"] < 15.0 and state["speed"] > 1.0  # noqa: E731
+    await page.next("state", begins)
     values = await page.next("parameters", lambda message: "/sim/friction" in message["values"])
     assert values["values"]["/sim/friction"] == 0.8
     await page.send("start", scenario="", arguments={})
@@ -160,17 +158,11 @@ def test_page_starts_stops_lists_and_compares_drives(standing_cockpit):
     ("display", "arguments", "served"),
     [("", [], True), ("", ["sync:=true"], False), (":0", [], False)],
 )
-def test_cockpit_is_the_default_in_real_time_without_a_display(
-    display, arguments, served, tmp_path
-):
+def test_cockpit_is_the_default_without_a_display(display, arguments, served, tmp_path):
     # roslaunch only lists the nodes that it would start.
-    listed = subprocess.run(
-        [str(ROOT / "drive"), *arguments, "--nodes"],
-        cwd=tmp_path,
-        env={**os.environ, "DISPLAY": display, "PWD": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    command = [str(ROOT / "drive"), *arguments, "--nodes"]
+    environment = {**os.environ, "DISPLAY": display, "PWD": str(tmp_path)}
+    place = {"cwd": tmp_path, "env": environment}
+    listed = subprocess.run(command, capture_output=True, text=True, check=False, **place)
     assert "/referee" in listed.stdout.split(), listed.stderr
     assert ("/cockpit" in listed.stdout.split()) == served

@@ -95,13 +95,8 @@ def test_braking_car_can_be_taken_over(driving):
     assert driving.viewer == 2
 
 
-STEPS = st.lists(
-    st.tuples(
-        st.sampled_from(["take", "release", "vanish", "control", "wait"]),
-        st.sampled_from([1, 2]),
-        st.floats(0.0, 1.0),
-    )
-)
+NAMES = st.sampled_from(["take", "release", "vanish", "control", "wait"])
+STEPS = st.lists(st.tuples(NAMES, st.sampled_from([1, 2]), st.floats(0.0, 1.0)))
 
 
 @given(STEPS)

@@ -8,30 +8,18 @@ import rospy
 
 from sdc_cockpit.live_parameters import change_parameter, live_parameters
 
-NAMES = [
-    "/sim/friction",
-    "/sim/side_wind_mps",
-    "/sim/odometry_noise/position_m",
-    "/simple_controller/stanley/k",
-]
+NAMES = ["/sim/friction", "/sim/side_wind_mps", "/sim/odometry_noise/position_m"]
+NAMES.append("/simple_controller/stanley/k")
 
 
 @pytest.fixture
 def server(monkeypatch):
     """Provide the parameters, and what each node answers to ~reload; None is no answer."""
-    values = {
-        "/sim": {
-            "friction": 1.0,
-            "side_wind_mps": 0.0,
-            "tick_s": 0.05,
-            "odometry_noise": {"position_m": 0.0},
-        },
-        "/simple_controller": {
-            "steering_method": "stanley",
-            "stanley": {"k": 2.5, "name": "text"},
-            "lqr": {"steer_weight": 1.0},
-        },
-    }
+    sim = {"friction": 1.0, "side_wind_mps": 0.0, "tick_s": 0.05}
+    sim["odometry_noise"] = {"position_m": 0.0}
+    controller = {"steering_method": "stanley", "stanley": {"k": 2.5, "name": "text"}}
+    controller["lqr"] = {"steer_weight": 1.0}
+    values = {"/sim": sim, "/simple_controller": controller}
     answers = {"/sim/reload": (True, ""), "/simple_controller/reload": (True, "")}
 
     def set_param(name, value):

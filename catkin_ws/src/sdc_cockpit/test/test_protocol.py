@@ -27,17 +27,8 @@ VALID = [
     '{"type":"set","name":"/sim/friction","value":0.5}',
     '{"type":"start","scenario":"oval","arguments":{"sync":true,"friction":0.6}}',
 ]
-PIECES = [
-    *'{}[]",:.-0123456789eE',
-    "NaN",
-    "Infinity",
-    "1e999",
-    "null",
-    "true",
-    "\\ud800",
-    "\x00",
-    "[" * 50,
-]
+PIECES = [*'{}[]",:.-0123456789eE', "NaN", "Infinity", "1e999", "null", "true", "\\ud800", "\x00"]
+PIECES.append("[" * 50)
 MESSAGES_PER_EXAMPLE = 1000
 
 
@@ -89,18 +80,13 @@ def test_messages_are_read(text):
         ('{"type":"obstacle","x":1,"y":1e300}', "'y' must be a number from"),
         ('{"type":"obstacle","x":NaN,"y":1}', "'x' must be a number from"),
         ('{"type":"keys","held":["__import__"]}', "entry 1 of 'held' is '__import__'; use one of"),
-        (
-            '{"type":"pedals","throttle":2,"steer":0,"brake":0}',
-            "'throttle' must be a number from 0 to 1",
-        ),
+        ('{"type":"pedals","throttle":2,"steer":0,"brake":0}', "'throttle' must be a number from"),
         ('{"type":"drawn","picture":true}', "'picture' must be a whole number"),
         ('{"type":"set","name":1,"value":1}', "'name' must be the name of a parameter"),
         ('{"type":"set","name":"/sim/friction","value":"1"}', "'value' must be a number"),
         ('{"type":"start","scenario":1,"arguments":{}}', "'scenario' must be a name"),
         ('{"type":"start","scenario":"","arguments":[]}', "'arguments' must be a mapping"),
-        ("[]", "a message is a JSON object"),
-        (b"{}", "a page sends text"),
-        ("[" * 4000, ""),
+        *(("[]", "a message is a JSON object"), (b"{}", "a page sends text"), ("[" * 4000, "")),
         (" " * 5000, "at most 4096 characters"),
     ],
 )

@@ -15,10 +15,8 @@ EIGHT = np.column_stack([40.0 * np.sin(ANGLE), 40.0 * np.sin(ANGLE) * np.cos(ANG
 def test_cross_track_error_at_a_crossing_is_that_of_the_own_pass():
     road = RoadView(EIGHT)
     yaws = np.arctan2(*np.diff(EIGHT, axis=0).T[::-1])
-    errors = [
-        road.cross_track_m(x - 0.5 * np.sin(yaw), y + 0.5 * np.cos(yaw), yaw)
-        for (x, y), yaw in zip(EIGHT.tolist(), yaws)
-    ]
+    beside = EIGHT[: len(yaws)] + 0.5 * np.column_stack([-np.sin(yaws), np.cos(yaws)])
+    errors = [road.cross_track_m(x, y, yaw) for (x, y), yaw in zip(beside.tolist(), yaws)]
     assert np.abs(np.array(errors) - 0.5).max() < 0.05
 
 

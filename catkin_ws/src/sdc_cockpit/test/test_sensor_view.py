@@ -18,9 +18,8 @@ FRONT, PLANAR = LIDARS
 
 
 def cloud(points):
-    return point_cloud_message(
-        np.array(points, np.float32), None, Header(0, rospy.Time(1), "frame")
-    )
+    header = Header(0, rospy.Time(1), "frame")
+    return point_cloud_message(np.array(points, np.float32), None, header)
 
 
 def test_topics_are_those_of_the_default_bridge():

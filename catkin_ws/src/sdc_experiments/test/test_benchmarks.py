@@ -19,11 +19,8 @@ def run(*arguments):
 
 
 def test_ratio_is_the_median_of_the_ratios_within_each_round():
-    rounds = [
-        {"first": 1.0, "other": 3.0},
-        {"first": 2.0, "other": 4.0},
-        {"first": 10.0, "other": 10.0},
-    ]
+    pairs = (1.0, 3.0), (2.0, 4.0), (10.0, 10.0)
+    rounds = [dict(zip(("first", "other"), pair)) for pair in pairs]
     *_, first, other = table("lidar", rounds).splitlines()
     assert first.split() == ["first", "2", "1", "10", "1.00"]
     assert other.split() == ["other", "4", "3", "10", "2.00"]

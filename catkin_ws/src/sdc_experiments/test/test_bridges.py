@@ -14,10 +14,8 @@ pytestmark = [needs_maps, pytest.mark.slow(6)]
 _ABOVE = "{kind: car, at: [-1.75, 1.75], yaw_rad: 3.1416}"
 _BELOW = "{kind: car, at: [1.75, -1.75], yaw_rad: 1.5708}"
 # A column that drives on the other level, of which one is at the crossing when the car is there.
-_DRIVE_BELOW = ", ".join(
-    f"{{kind: car, path: [[1.75, {y}.0], [1.75, 90.0]], speed_mps: 8.0}}"
-    for y in range(-110, -30, 6)
-)
+_PATH = "{{kind: car, path: [[1.75, {}.0], [1.75, 90.0]], speed_mps: 8.0}}"
+_DRIVE_BELOW = ", ".join(map(_PATH.format, range(-110, -30, 6)))
 # Start and goal of the way over the bridge [m].
 _OVER = ((-75.0, -1.75), (90.0, -1.75))
 # Start and goal of the way below it [m].
@@ -48,12 +46,8 @@ def test_car_drives_on_as_if_the_other_level_were_empty(tmp_path, path, ends, ob
     result, seen = driven(tmp_path, path, ends, [obstacle])
     assert result.metrics["status"] == "completed" and result.metrics["driving_score"] == 100.0
     assert result.rows.tolist() == free.rows.tolist()
-    nearest_m = min(
-        math.dist((one.state.x_m, one.state.y_m), (other.x_m, other.y_m))
-        for one in seen
-        for other in one.obstacles
-    )
-    assert nearest_m < 3.5
+    pairs = ((one.state, other) for one in seen for other in one.obstacles)
+    assert min(math.dist((one.x_m, one.y_m), (other.x_m, other.y_m)) for one, other in pairs) < 3.5
 
 
 @pytest.mark.parametrize(
@@ -69,14 +63,8 @@ def test_car_reacts_to_one_on_its_own_level(tmp_path, path, ends, place):
 @needs_traffic
 def test_car_among_traffic_of_both_levels_meets_nobody(path):
     seen = []
-    result = drive_result(
-        map=path,
-        start=(-190.0, -1.75),
-        goal=(90.0, -1.75),
-        seed=1,
-        traffic=20,
-        observe=seen.append,
-    )
+    ends = {"start": (-190.0, -1.75), "goal": (90.0, -1.75)}
+    result = drive_result(map=path, seed=1, traffic=20, observe=seen.append, **ends)
     assert result.metrics["status"] == "completed" and result.metrics["driving_score"] == 100.0
     heights_m = [other.z_m for one in seen for other in one.obstacles]
     assert min(heights_m) < 0.1 and max(heights_m) > 5.9

@@ -41,12 +41,7 @@ PROJECT = Path(__file__).resolve().parents[4]
 
 
 class Hostile:
-    """A server of one driver for all attacks: the mission has the name of the attack to make.
-
-    Args:
-        server: server of the driver
-        attack: key of the attack
-    """
+    """A server of one driver for all attacks: the mission has the name of the attack to make."""
 
     def __init__(self, server, attack):
         self.server, self.attack = server, attack
@@ -200,9 +195,8 @@ def test_long_expression_is_refused_in_one_line(tmp_path):
 
 
 def test_no_drive_finds_what_another_one_left(honest):
-    code = HONEST.format(
-        "import numpy; assert not hasattr(numpy, 'left') or self.count; numpy.left = 1"
-    )
+    left = "import numpy; assert not hasattr(numpy, 'left') or self.count; numpy.left = 1"
+    code = HONEST.format(left)
     with DriverServer(code) as server:
         rows = [drive_seed(server, "control", "1") for _ in range(2)]
     assert rows[0]["trace_sha256"] == rows[1]["trace_sha256"] == honest["trace_sha256"]
@@ -234,9 +228,8 @@ class Memory:
     """Repeats the commands of the public drive whose road begins most like this one."""
 
     def __init__(self, mission):
-        self.commands = min(
-            STORIES, key=lambda one: np.abs(one[0][:60] - mission.waypoints_m[:60]).sum()
-        )[1]
+        apart = lambda one: np.abs(one[0][:60] - mission.waypoints_m[:60]).sum()  # noqa: E731
+        self.commands = min(STORIES, key=apart)[1]
         self.left = iter(self.commands)
 
     def step(self, observation):

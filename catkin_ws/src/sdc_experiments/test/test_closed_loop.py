@@ -26,11 +26,10 @@ STRAIGHT = [{"straight_m": 40.0}]
 
 def test_equal_arguments_give_equal_traces():
     options = {"odometry_noise": {"position_m": 0.05}, "friction": 0.8}
-    first, second = (
-        drive_result(route=STRAIGHT, seed=3, sim_options=options).rows for _ in range(2)
+    first, second, other = (
+        drive_result(route=STRAIGHT, seed=seed, sim_options=options).rows for seed in (3, 3, 4)
     )
     assert np.array_equal(first, second, equal_nan=True)
-    other = drive_result(route=STRAIGHT, seed=4, sim_options=options).rows
     assert not np.array_equal(first[:50], other[:50], equal_nan=True)
 
 
@@ -62,13 +61,9 @@ def test_car_without_brakes_for_a_parked_one_collides():
 
 
 def test_steering_is_a_name_an_object_or_a_function():
-    textbook = drive(route=STRAIGHT, steering="stanley", sim_options={"start": {"left_m": 0.5}})
-    controller_options = {"steering_method": "stanley"}
-    assert textbook == drive(
-        route=STRAIGHT,
-        controller_options=controller_options,
-        sim_options={"start": {"left_m": 0.5}},
-    )
+    beside = {"route": STRAIGHT, "sim_options": {"start": {"left_m": 0.5}}}
+    textbook, options = drive(steering="stanley", **beside), {"steering_method": "stanley"}
+    assert textbook == drive(controller_options=options, **beside)
     method = StanleySteering.__new__(StanleySteering)
 
     def left(path, x_m, y_m, yaw_rad, speed_mps, yaw_rate_radps):
@@ -88,12 +83,8 @@ def test_section_of_an_own_steering_method_is_passed_to_it(monkeypatch, tmp_path
         "        return self.angle_rad\n"
     )
     monkeypatch.syspath_prepend(str(tmp_path))
-    result = drive_result(
-        route=STRAIGHT,
-        steering="my_closed_loop_module:Constant",
-        controller_options={"Constant": {"angle_rad": 0.05}},
-        longest_s=6.0,
-    )
+    options = {"controller_options": {"Constant": {"angle_rad": 0.05}}, "longest_s": 6.0}
+    result = drive_result(route=STRAIGHT, steering="my_closed_loop_module:Constant", **options)
     assert result.progress.samples[-1].y_m > 0.1
     assert result.metrics["status"] == "aborted"
 
@@ -151,9 +142,8 @@ def test_invalid_argument_is_named_in_one_line(arguments, message):
 def test_collision_with_a_pedestrian_that_came_during_the_drive_is_one_with_a_pedestrian():
     setup = drive_setup()
     world = setup.simulation()
-    recorder = DriveRecorder(
-        evaluation_rules(node_parameters("local_planner")), setup.waypoints_m, world
-    )
+    rules = evaluation_rules(node_parameters("local_planner"))
+    recorder = DriveRecorder(rules, setup.waypoints_m, world)
     walker = ObstacleState(10001, "pedestrian", 5.0, 0.0, 0.0, 0.5, 0.5, 1.75, 1.0)
     hit = CollisionEvent(10001, 0.0, 0.0)
     snapshot = world.snapshot._replace(obstacles=(walker,), collisions=(hit,))

@@ -22,6 +22,7 @@ pytestmark = pytest.mark.slow(12)
 HERE = os.path.dirname(os.path.abspath(__file__))
 STACKS = os.path.join(HERE, "stacks")
 DRIVE = os.path.abspath(os.path.join(HERE, "..", "..", "..", "..", "drive"))
+OTHER_NODES = "sim.py", "mission_planner.py"
 TIMEOUT_S = 300.0
 
 
@@ -33,48 +34,30 @@ def environment(tmp_path):
 
 def check(environment, folder, *arguments):
     """Run drive.test as a team's CI does; return its exit status and output."""
-    done = subprocess.run(
-        [
-            "rostest",
-            "--results-base-dir",
-            str(folder),
-            "sdc_sim",
-            "drive.test",
-            "report:=found/report.json",
-            *arguments,
-        ],
-        cwd=folder,
-        env={**environment, "PWD": str(folder)},
-        timeout=TIMEOUT_S,
-        check=False,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        errors="replace",
-    )
+    command = ["rostest", "--results-base-dir", str(folder), "sdc_sim", "drive.test"]
+    command += ["report:=found/report.json", *arguments]
+    place = {"cwd": folder, "env": {**environment, "PWD": str(folder)}, "timeout": TIMEOUT_S}
+    output = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "errors": "replace"}
+    done = subprocess.run(command, check=False, **place, **output)
     return done.returncode, done.stdout
 
 
 def test_stack_off_its_lane_fails_with_the_metrics_and_leaves_a_report(environment, tmp_path):
     stack = os.path.join(STACKS, "left_of_the_lane.launch")
-    status, output = check(
-        environment, tmp_path, "scenario:=lane_change", f"stack:={stack}", "max_cross_track_m:=0.5"
-    )
+    given = "scenario:=lane_change", f"stack:={stack}", "max_cross_track_m:=0.5"
+    status, output = check(environment, tmp_path, *given)
     assert status != 0
     report = json.loads((tmp_path / "found" / "report.json").read_text())
     assert report["status"] == "completed"
     assert 0.7 < report["cross_track_max_m"] < 1.0
-    assert (
-        f"cross_track_max_m is {report['cross_track_max_m']:.4g}, at most 0.5 is allowed" in output
-    )
+    worst = f"{report['cross_track_max_m']:.4g}"
+    assert f"cross_track_max_m is {worst}, at most 0.5 is allowed" in output
     assert "cross_track_rms_m" in output
     assert "missed_ticks" not in output, "only violations are reported"
 
 
 @pytest.mark.nightly
-def test_stack_that_stops_at_lights_passes_and_gives_the_trace_of_one_process(
-    environment, tmp_path
-):
+def test_stack_that_stops_at_lights_passes_with_the_trace_of_one_process(environment, tmp_path):
     status, output = check(environment, tmp_path, "scenario:=traffic_lights", "camera:=false")
     assert status == 0, output
     write_report(str(tmp_path / "process.json"), drive_result("traffic_lights"))
@@ -106,13 +89,7 @@ def test_stack_that_cannot_be_launched_fails_with_the_end_of_its_log(tmp_path):
 
 @pytest.mark.parametrize(
     "node",
-    [
-        "referee.py",
-        *(
-            pytest.param(node, marks=pytest.mark.nightly)
-            for node in ("sim.py", "mission_planner.py")
-        ),
-    ],
+    ["referee.py", *(pytest.param(one, marks=pytest.mark.nightly) for one in OTHER_NODES)],
 )
 def test_death_of_the_world_ends_the_drive_with_a_report_until_then(environment, tmp_path, node):
     """The trace begins as that of an undisturbed drive, bit for bit."""

@@ -18,10 +18,8 @@ def test_page_shows_the_stored_figures(name):
     page = (ROOT / name).read_text(encoding="utf-8")
     assert f"    {closing_line(FIGURES['real_time'])}; see report/report.json" in page
     for command, one in FIGURES["lockstep"].items() if "least possible" in page else ():
-        row = (
-            f"| `{command}` | {one['cross_track_rms_m']:.3f} m | {one['cross_track_max_m']:.3f} m "
-        )
-        assert f"{row}| {one['time_ratio']:.3f} |" in page
+        errors = f"{one['cross_track_rms_m']:.3f} m | {one['cross_track_max_m']:.3f} m"
+        assert f"| `{command}` | {errors} | {one['time_ratio']:.3f} |" in page
 
 
 @pytest.mark.slow(2)
@@ -31,7 +29,6 @@ def test_stored_figures_are_those_of_the_code():
     measured = drive()
     for name, value in stored.items():
         if name != "real_time_factor":
-            assert measured[name] == (
-                pytest.approx(value, rel=1e-3) if isinstance(value, float) else value
-            )
+            is_float = isinstance(value, float)
+            assert measured[name] == (pytest.approx(value, rel=1e-3) if is_float else value)
     assert stored["driving_score"] == 100.0

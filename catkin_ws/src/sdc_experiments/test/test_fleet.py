@@ -1,18 +1,15 @@
 """A fleet moves as single vehicles do."""
 
-import os
-
 import numpy as np
 import pytest
 
 from sdc_common.driving import Command
+from sdc_experiments.configuration import vehicle_preset
 from sdc_experiments.fleet import FIELDS, VehicleFleet
 from sdc_sim.physics.vehicle import Vehicle
-from sdc_sim.physics.vehicle_parameters import load_vehicle
 
 pytestmark = pytest.mark.slow(2)
 
-FOLDER = os.path.join(os.path.dirname(__file__), "..", "..", "sdc_sim", "config", "vehicles")
 # Enough for two threads, and no more.
 COUNT = 130
 TICK_S = 0.05
@@ -28,7 +25,7 @@ def random_commands(random):
     ("preset", "friction", "threads"), [("tesla_model3", 0.7, 1), ("ford_escort", 1.0, 8)]
 )
 def test_fleet_equals_single_vehicles(preset, friction, threads):
-    parameters = load_vehicle(os.path.join(FOLDER, preset + ".yaml"))
+    parameters = vehicle_preset(preset)
     random = np.random.default_rng(7)
     fleet = VehicleFleet(parameters, COUNT, friction, threads)
     vehicles = [Vehicle(parameters, friction) for _ in range(COUNT)]
@@ -50,8 +47,7 @@ def test_fleet_equals_single_vehicles(preset, friction, threads):
 
 
 def test_reset_moves_only_the_named_vehicles():
-    parameters = load_vehicle(os.path.join(FOLDER, "tesla_model3.yaml"))
-    fleet = VehicleFleet(parameters, 3)
+    fleet = VehicleFleet(vehicle_preset("tesla_model3"), 3)
     fleet.state["speed_mps"][:] = 5.0
     fleet.reset(np.array([1]), np.array([2.0]), np.array([3.0]), np.array([0.5]))
     assert fleet.state["speed_mps"].tolist() == [5.0, 0.0, 5.0]

@@ -24,7 +24,7 @@ from sdc_testing.street_maps import needs_maps, needs_traffic, town
 
 pytestmark = pytest.mark.slow(12)
 
-SHORT = [{"straight_m": 30.0}]
+SHORT, MODES, NEXT_STEP = [{"straight_m": 30.0}], [*AutoresetMode], AutoresetMode.NEXT_STEP
 ON_STREETS = {"map": "town", "sim_options": {"street_scenario": "ParkingCutIn"}}
 LEARNING = Path(__file__).resolve().parents[4] / "docs" / "learning.md"
 
@@ -70,25 +70,14 @@ def test_seed_chooses_route_and_noise():
         steps = [environment.step(np.array([0.5, 0.0], np.float32)) for _ in range(20)]
         return np.array([first, *(step[0] for step in steps)]), environment._setup.waypoints_m
 
-    first, route = observed(1)
-    again, same_route = observed(1)
-    other, other_route = observed(2)
-    assert np.array_equal(first, again)
-    assert np.array_equal(route, same_route)
-    assert not np.array_equal(first, other)
-    assert not np.array_equal(route, other_route)
+    first, again, other = observed(1), observed(1), observed(2)
+    assert all(map(np.array_equal, first, again))
+    assert not any(map(np.array_equal, first, other))
 
 
 @pytest.mark.parametrize(
     "mode",
-    [
-        AutoresetMode.NEXT_STEP,
-        *(
-            pytest.param(mode, marks=pytest.mark.nightly)
-            for mode in AutoresetMode
-            if mode != AutoresetMode.NEXT_STEP
-        ),
-    ],
+    [pytest.param(one, marks=() if one == NEXT_STEP else pytest.mark.nightly) for one in MODES],
     ids=lambda mode: mode.value,
 )
 def test_vector_environment_behaves_as_gymnasiums_own(mode):
@@ -96,13 +85,8 @@ def test_vector_environment_behaves_as_gymnasiums_own(mode):
     arguments = {"route": [{"straight_m": 60.0}], "render_mode": "rgb_array"}
     arguments["picture_size"] = 64, 48
     cars = gymnasium.make_vec("SdcTown-v0", 4, autoreset_mode=mode, **arguments)
-    own = gymnasium.make_vec(
-        "SdcTown-v0",
-        4,
-        vectorization_mode="sync",
-        vector_kwargs={"autoreset_mode": mode},
-        **arguments,
-    )
+    arguments.update(vectorization_mode="sync", vector_kwargs={"autoreset_mode": mode})
+    own = gymnasium.make_vec("SdcTown-v0", 4, **arguments)
     assert cars.metadata["autoreset_mode"] is own.metadata["autoreset_mode"] is mode
     step = cars.reset(seed=0)
     agree(step, own.reset(seed=0))
@@ -117,11 +101,7 @@ def test_vector_environment_behaves_as_gymnasiums_own(mode):
         if mode is AutoresetMode.DISABLED and ended.any():
             with pytest.raises(gymnasium.error.ResetNeeded):
                 cars.step(actions)
-            agree(
-                cars.reset(options={"reset_mask": ended}),
-                own.reset(options={"reset_mask": ended}),
-                ended,
-            )
+            agree(*(one.reset(options={"reset_mask": ended}) for one in (cars, own)), ended)
     assert statuses == {"off_road", "completed", ""}
     for picture, expected in zip(cars.render(), own.render()):
         np.testing.assert_allclose(picture, expected, atol=2)
@@ -129,10 +109,9 @@ def test_vector_environment_behaves_as_gymnasiums_own(mode):
 
 def test_worlds_in_traffic_are_those_of_single_environments():
     """One car merges, one stays on the ramp, one leaves the road, one hits another one."""
-    cars, own = (
-        gymnasium.make_vec("SdcTraffic-v0", 4, render_mode="rgb_array", **more)
-        for more in ({}, {"vectorization_mode": "sync"})
-    )
+    options = {"id": "SdcTraffic-v0", "num_envs": 4, "render_mode": "rgb_array"}
+    cars = gymnasium.make_vec(**options)
+    own = gymnasium.make_vec(vectorization_mode="sync", **options)
     weights = np.tile(merge.FIRST, (4, 1))
     weights[1, 0] = -1.0
     step = cars.reset(seed=[5, 6, 7, 3])
@@ -179,9 +158,8 @@ def test_other_cars_follow_change_lanes_and_make_way(left_m):
 
 def test_training_teaches_to_merge():
     policy = merge.train(generations=2, policies=12, worlds=16)
-    rates = [
-        np.mean(merge.drive(one[None], 60, 9000)[1] == "completed") for one in (merge.FIRST, policy)
-    ]
+    drives = [merge.drive(one[None], 60, 9000)[1] for one in (merge.FIRST, policy)]
+    rates = [np.mean(statuses == "completed") for statuses in drives]
     assert rates[0] < 0.6 and rates[1] > rates[0] + 0.2
 
 

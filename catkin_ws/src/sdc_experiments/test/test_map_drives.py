@@ -25,6 +25,8 @@ from sdc_testing.street_maps import has_libsumo, needs_maps, needs_traffic, town
 pytestmark = [needs_maps, pytest.mark.slow(6)]
 
 WEST, EAST, SOUTH = (-140.0, -5.0), (250.0, -2.0), (-2.0, -110.0)
+TURN = "NonSignalizedJunctionRightTurn"
+ON_TURN = {"map": "town", "sim_options": {"street_scenario": TURN}}
 
 
 @pytest.fixture(scope="module", name="path")
@@ -44,27 +46,18 @@ def test_drive_to_a_goal_is_complete_and_repeatable(path):
 @pytest.mark.parametrize(
     ("given", "same", "count"),
     [
+        pytest.param({"goal": "-2,-110"}, {"goal": SOUTH}, 0, marks=pytest.mark.nightly),
         pytest.param(
-            {"start": "-140,-5", "goal": "-2,-110"},
-            {"start": WEST, "goal": SOUTH},
-            0,
-            marks=pytest.mark.nightly,
-        ),
-        pytest.param(
-            {"start": "-140,-5", "goal": "-90,-5", "traffic": "12"},
-            {"start": WEST, "goal": (-90.0, -5.0), "traffic": 12},
-            12,
+            *({"goal": "-90,-5", "traffic": "12"}, {"goal": (-90.0, -5.0), "traffic": 12}, 12),
             marks=needs_traffic,
         ),
-        (
-            {"map": "town", "sim_options": "{street_scenario: NonSignalizedJunctionRightTurn}"},
-            {"map": "town", "sim_options": {"street_scenario": "NonSignalizedJunctionRightTurn"}},
-            13,
-        ),
+        ({"map": "town", "sim_options": f"{{street_scenario: {TURN}}}"}, ON_TURN, 13),
     ],
     ids=["alone", "in traffic", "scenario type"],
 )
 def test_drive_through_ros_has_the_same_trace(path, tmp_path, given, same, count):
+    if "goal" in given:
+        given, same = {"start": "-140,-5", **given}, {"start": WEST, **same}
     given = {"map": path, "seed": "4", **given}
     arguments = launch_arguments(str(tmp_path / "report.json"), given)
     assert "seed: 4" in arguments["sim_options"]
@@ -150,19 +143,14 @@ def test_drive_with_traffic_on_the_left_is_the_mirror_image_of_that_on_the_right
 
 
 def test_seed_without_a_map_is_that_of_the_noise(tmp_path):
-    assert launch_arguments("", {"seed": "3", "sim_options": "{friction: 0.5}"}) == {
-        "seed": "3",
-        "sim_options": "{friction: 0.5, seed: 3}",
-    }
+    found = launch_arguments("", {"seed": "3", "sim_options": "{friction: 0.5}"})
+    assert found == {"seed": "3", "sim_options": "{friction: 0.5, seed: 3}"}
 
 
 @pytest.mark.parametrize(
     ("start", "goal", "options", "speed_mps"),
-    [
-        ((-2.0, 110.0), SOUTH, {}, 8.0),
-        (WEST, EAST, {}, 14.0),
-        (WEST, EAST, {"planned_speed_mps": 6.0}, 6.0),
-    ],
+    [((-2.0, 110.0), SOUTH, {}, 8.0), (WEST, EAST, {}, 14.0)]
+    + [(WEST, EAST, {"planned_speed_mps": 6.0}, 6.0)],
 )
 def test_limit_of_the_road_is_driven_and_the_planned_speed_caps_it(
     path, start, goal, options, speed_mps
@@ -242,13 +230,8 @@ def test_seeds_are_those_of_routes_about_as_long_as_wanted(path):
 
 @pytest.mark.parametrize(
     ("x_m", "from_m", "braking_mps2", "is_first", "expected"),
-    [
-        (25.0, 3.0, 0.0, True, True),
-        (40.0, 3.0, 0.0, True, False),
-        (25.0, 1.0, 0.0, True, False),
-        (27.0, 3.0, 5.0, False, True),
-        (27.0, 3.0, 5.0, True, False),
-    ],
+    [*((25.0, 3.0, 0.0, True, True), (40.0, 3.0, 0.0, True, False), (25.0, 1.0, 0.0, True, False))]
+    + [(27.0, 3.0, 5.0, False, True), (27.0, 3.0, 5.0, True, False)],
     ids=["late", "early enough", "was there", "braked for it before", "gave way"],
 )
 def test_emergency_is_one_that_comes_late_into_the_way(

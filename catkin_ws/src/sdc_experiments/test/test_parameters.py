@@ -3,14 +3,13 @@
 import copy
 import json
 import math
-import os
 
 import numpy as np
 import pytest
-import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from sdc_common.configuration import node_config
 from sdc_common.driving import Command, DetectedObstacle, Observation
 from sdc_common.geometry.route import Route
 from sdc_common.validation import DocumentError
@@ -29,20 +28,7 @@ from sdc_sim.scenario.drive_setup import DriveSetup
 
 pytestmark = pytest.mark.slow(6)
 
-SRC = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
 ROUTE = np.column_stack([np.arange(0.0, 60.0), 3.0 * np.sin(np.arange(0.0, 60.0) / 9.0)])
-
-
-def config(*path):
-    with open(os.path.join(SRC, *path), encoding="utf-8") as file:
-        return yaml.safe_load(file)
-
-
-PLANNER = config("sdc_package", "config", "local_planner.yaml")
-CONTROLLER = config("sdc_package", "config", "simple_controller.yaml")
-CAMERA = config("sdc_package", "config", "camera.yaml")
-SIM = config("sdc_sim", "config", "sim.yaml")
-TESLA = config("sdc_sim", "config", "vehicles", "tesla_model3.yaml")
 
 
 def plan(parameters, _folder):
@@ -85,27 +71,17 @@ def drive_preset(parameters, folder):
 
 
 BUILDERS = {
-    "local_planner.yaml": (plan, PLANNER),
-    "simple_controller.yaml": (control, CONTROLLER),
-    "camera.yaml": (filter_picture, CAMERA),
-    "sim.yaml": (simulate, SIM),
-    "tesla_model3.yaml": (drive_preset, TESLA),
+    "local_planner.yaml": (plan, node_config("sdc_package", "local_planner")),
+    "simple_controller.yaml": (control, node_config("sdc_package", "simple_controller")),
+    "camera.yaml": (filter_picture, node_config("sdc_package", "camera")),
+    "sim.yaml": (simulate, node_config("sdc_sim", "sim")),
+    "tesla_model3.yaml": (drive_preset, node_config("sdc_sim", "vehicles/tesla_model3")),
 }
-NUMBERS = st.one_of(
-    st.floats(allow_nan=True),
-    st.floats(-10.0, 10.0),
-    st.integers(-3, 300),
-    st.sampled_from([0, 1, -1, 1e-9, 10**400]),
-)
+NUMBERS = st.floats(allow_nan=True) | st.floats(-10.0, 10.0) | st.integers(-3, 300)
+NUMBERS |= st.sampled_from([0, 1, -1, 1e-9, 10**400])
 WORDS = st.text(max_size=5) | st.sampled_from(["1.0", "nan", "", "true"])
-ANYTHING = st.one_of(
-    NUMBERS,
-    st.none(),
-    st.booleans(),
-    WORDS,
-    st.lists(NUMBERS | WORDS, max_size=5),
-    st.dictionaries(st.text(max_size=5), NUMBERS, max_size=2),
-)
+ANYTHING = NUMBERS | st.none() | st.booleans() | WORDS | st.lists(NUMBERS | WORDS, max_size=5)
+ANYTHING |= st.dictionaries(st.text(max_size=5), NUMBERS, max_size=2)
 
 
 def key_paths(parameters, before=()):
@@ -131,14 +107,11 @@ def test_fuzz_any_parameters_work_or_are_refused(data, tmp_path):
     name = data.draw(st.sampled_from(sorted(BUILDERS)))
     build, parameters = BUILDERS[name]
     parameters = copy.deepcopy(parameters)
-    for place in data.draw(
-        st.lists(st.sampled_from(sorted(key_paths(parameters))), min_size=1, max_size=2)
-    ):
+    places = st.sampled_from(sorted(key_paths(parameters)))
+    for place in data.draw(st.lists(places, min_size=1, max_size=2)):
         inner = parameters
         for key in place[:-1]:
-            inner = (
-                inner[key] if isinstance(inner, dict) and isinstance(inner.get(key), dict) else {}
-            )
+            inner = inner[key] if isinstance(inner.get(key), dict) else {}
         inner[place[-1]] = data.draw(ANYTHING)
     try:
         result = build(parameters, tmp_path)

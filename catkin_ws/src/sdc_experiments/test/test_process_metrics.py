@@ -27,13 +27,10 @@ sys.stdin.read()
 
 @pytest.fixture
 def node():
-    process = subprocess.Popen(
-        [sys.executable, "-c", PROGRAM, "__name:=my_node"],
-        env={**os.environ, "ROS_MASTER_URI": MASTER_URI},
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
+    command = [sys.executable, "-c", PROGRAM, "__name:=my_node"]
+    options = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    environment = {**os.environ, "ROS_MASTER_URI": MASTER_URI}
+    process = subprocess.Popen(command, env=environment, **options)
     assert process.stdout.readline() == "ready\n"
     yield psutil.Process(process.pid)
     process.communicate()

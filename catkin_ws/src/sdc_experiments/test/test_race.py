@@ -47,10 +47,8 @@ def short(monkeypatch):
 def test_result_does_not_depend_on_the_order_and_a_record_repeats_it():
     sources = {"ours": OURS, "late": LATE, "ends": ENDS}
     with ExitStack() as stack:
-        servers = {
-            name: stack.enter_context(DriverServer(source, sandboxed=False))
-            for name, source in sources.items()
-        }
+        made = {name: DriverServer(source, sandboxed=False) for name, source in sources.items()}
+        servers = {name: stack.enter_context(server) for name, server in made.items()}
         rows, _ = race.drive_race(servers, "2")
         record = {row["driver"]: row["late"] for row in rows}
         assert record["late"] and not record["ours"]
@@ -82,10 +80,8 @@ def test_page_shows_all_cars_at_any_time(tmp_path, monkeypatch, capsys):
         browser.get(f"file://{page}")
         picture = "document.getElementById('near').toDataURL()"
         first = value_of(browser, picture)
-        browser.execute_script(
-            "const slider = document.getElementById('time');"
-            "slider.value = slider.max; slider.oninput()"
-        )
+        slider = "const slider = document.getElementById('time');"
+        browser.execute_script(f"{slider} slider.value = slider.max; slider.oninput()")
         assert value_of(browser, picture) != first
         clock = value_of(browser, "document.getElementById('clock').textContent")
         assert float(clock.split()[0]) == pytest.approx(rows[0]["duration_s"], abs=0.11)

@@ -53,11 +53,8 @@ def measure(road_m, recording, method, speed_mps):
     Returns:
         the report of the drive, and as `from_road_m` the greatest distance from the road [m]
     """
-    drive = drive_result(
-        route=recording.waypoints(road_m),
-        steering=method,
-        planner_options={"planned_speed_mps": speed_mps},
-    )
+    options = {"planner_options": {"planned_speed_mps": speed_mps}}
+    drive = drive_result(route=recording.waypoints(road_m), steering=method, **options)
     places = drive.rows[:, 1:3]
     distance_m, nearest = cKDTree(road_m).query(places)
     # Noise along the road moves its ends, which no drive can know.

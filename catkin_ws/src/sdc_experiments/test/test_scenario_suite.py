@@ -54,9 +54,8 @@ def test_types_are_driven_scored_and_shown(driven):
     assert rows["ParkedObstacle", OWN]["trace_sha256"] != parked["trace_sha256"]
     text = page.read_text(encoding="utf-8")
     for name in NAMES:
-        assert f"plan of {name}" in text and escape(types()[name]["about"]) in text.replace(
-            "&#39;", "&#x27;"
-        )
+        about = escape(types()[name]["about"]).replace("&#x27;", "&#39;")
+        assert f"plan of {name}" in text and about in text
     assert text.count("<iframe") == 2 and text.count("slider-data") >= 2
 
 
@@ -124,14 +123,12 @@ def test_type_that_both_drivers_pass_or_fail_is_broken(own, naive, broken):
 )
 def test_success_is_a_route_completed_in_time_with_the_full_score(changed, status):
     metrics = {"status": "completed", "driving_score": 100.0, "duration_s": 40.0}
-    metrics.update(
-        infractions={"near_miss": 1}, route_completion_percent=100.0, off_lane_percent=0.0
-    )
+    metrics.update(infractions={"near_miss": 1}, route_completion_percent=100.0)
+    metrics["off_lane_percent"] = 0.0
     found = row_of("Accident", 1, OWN, 40.0, {**metrics, **changed}, b"")
     assert found["status"] == status and found["success"] == (not changed)
-    assert found["infractions"] == "near_miss" + " off_lane" * (
-        "driving_score" in changed and status == "completed"
-    )
+    is_off = changed.get("off_lane_percent", 0.0) > 0.0
+    assert found["infractions"] == "near_miss" + " off_lane" * is_off
 
 
 def test_reversed_range_of_seeds_is_one_line(monkeypatch, capsys):
@@ -146,9 +143,8 @@ def test_reversed_range_of_seeds_is_one_line(monkeypatch, capsys):
 @pytest.mark.slow(2)
 def test_command_lists_the_types():
     listed = subprocess.run([ROOT / "scenarios", "--list"], capture_output=True, text=True)
-    assert [line.split(":")[0] for line in listed.stdout.splitlines()[-len(types()) :]] == [
-        *types()
-    ]
+    lines = listed.stdout.splitlines()[-len(types()) :]
+    assert [line.split(":")[0] for line in lines] == [*types()]
 
 
 def test_unknown_lack_is_refused():

@@ -15,13 +15,12 @@ from sdc_experiments.closed_loop import drive_result
 from sdc_sim.report.writer import write_report
 from sdc_sim.runner import isolated_drive
 from sdc_sim.scenario.acceptance_limits import read_report, violations
+from sdc_sim.scenario.packaged import folder_of
 from sdc_sim.scenario.reader import load_scenario
 
 pytestmark = pytest.mark.slow(20)
 
-FOLDER = os.path.join(
-    os.path.dirname(os.path.abspath(__file__)), "..", "..", "sdc_sim", "scenarios"
-)
+FOLDER = folder_of("scenario")
 NAMES = sorted(name[: -len(".yaml")] for name in os.listdir(FOLDER) if name.endswith(".yaml"))
 # ./test drives this one with real nodes; a nightly run, and ./test scenarios, drive all of them.
 # Real nodes also drive the town in test_grade.py and a lane change in test_drive_check.py.
@@ -29,6 +28,7 @@ ALWAYS = {"stopped_car"}
 TIMEOUT_S = 300.0
 # Their traffic takes longer than all other drives together; town_traffic shows what they share.
 RARE = {"town_motorway_traffic", "town_pedestrians"}
+NIGHTLY = [], [pytest.mark.nightly]
 # Every tenth tick of a drive, from the first columns of its report.csv.
 TRACES = Path(__file__).with_name("traces")
 TOLERANCE = 1e-6
@@ -44,12 +44,7 @@ def on_map(name):
 
 @pytest.mark.parametrize(
     "name",
-    [
-        pytest.param(
-            name, marks=[*([] if name in ALWAYS else [pytest.mark.nightly]), *on_map(name)]
-        )
-        for name in NAMES
-    ],
+    [pytest.param(one, marks=on_map(one) + NIGHTLY[one not in ALWAYS]) for one in NAMES],
 )
 def test_drive_meets_the_limits_of_its_scenario(name):
     with isolated_drive(name, {}, timeout_s=TIMEOUT_S) as (drive, lines):
@@ -62,9 +57,9 @@ def test_drive_meets_the_limits_of_its_scenario(name):
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=[*([pytest.mark.nightly] if name in RARE else []), *on_map(name)])
-        for name in NAMES
-        if name not in ALWAYS
+        pytest.param(one, marks=on_map(one) + NIGHTLY[one in RARE])
+        for one in NAMES
+        if one not in ALWAYS
     ],
 )
 def test_drive_in_process_meets_the_limits_of_its_scenario(name, tmp_path):
@@ -78,9 +73,8 @@ def check_drive_in_process(name, folder):
     """Compare every number of the drive with that of the same scenario in one process."""
     write_report(str(folder / "process.json"), drive_result(name))
     assert (folder / "process.csv").read_text() == (folder / "report.csv").read_text()
-    report, process = (
-        json.loads((folder / file).read_text()) for file in ("report.json", "process.json")
-    )
+    files = "report.json", "process.json"
+    report, process = (json.loads((folder / file).read_text()) for file in files)
     assert process == {**report, **WALL_CLOCK}
     assert list(process) == list(report)
 

@@ -33,10 +33,6 @@ class Constant:
         return self._command
 
 
-def own_column(name):
-    return COLUMNS.index(name)
-
-
 def traces(results):
     return {name: result.rows.tobytes() for name, result in results.items()}
 
@@ -61,16 +57,12 @@ def test_cars_that_meet_have_a_collision_in_both_reports():
 
 
 def test_car_stops_behind_a_standing_one_and_drives_on_when_that_drive_has_ended():
-    results = drive_cars(
-        route=ROUTE,
-        drivers={"hero1": Constant(brake=1.0)},
-        sim_options={"next_car": {"along_m": 30.0}},
-        referee_options={"blocked_s": 10.0},
-    )
+    options = {"sim_options": {"next_car": {"along_m": 30.0}}, "referee_options": {"blocked_s": 10}}
+    results = drive_cars(route=ROUTE, drivers={"hero1": Constant(brake=1.0)}, **options)
     own, other = results["ego_vehicle"], results["hero1"]
     assert (own.metrics["status"], other.metrics["status"]) == ("completed", "blocked")
     waits = [row for row, speed in zip(own.rows, own.progress.column("speed_mps")) if speed < 0.05]
-    gaps = [30.0 - 4.7 - row[own_column("s_m")] for row in waits if 5.0 < row[0] < 10.0]
+    gaps = [30.0 - 4.7 - row[COLUMNS.index("s_m")] for row in waits if 5.0 < row[0] < 10.0]
     assert gaps and all(4.5 < gap < 6.5 for gap in gaps)
 
 
@@ -78,10 +70,8 @@ def test_car_stops_behind_a_standing_one_and_drives_on_when_that_drive_has_ended
 @pytest.mark.parametrize(
     ("left_m", "statuses"),
     [
-        pytest.param(0.0, ["completed"] * 2, id="line"),
-        pytest.param(
-            2.5, ["collision", "collision", "completed"], id="row", marks=pytest.mark.nightly
-        ),
+        (0.0, ["completed"] * 2),
+        pytest.param(2.5, ["collision", "collision", "completed"], marks=pytest.mark.nightly),
     ],
 )
 def test_nodes_drive_as_the_library_and_each_car_has_its_report(tmp_path, left_m, statuses):
@@ -91,16 +81,9 @@ def test_nodes_drive_as_the_library_and_each_car_has_its_report(tmp_path, left_m
     options = ["scenario:=short.yaml", f"cars:={cars}", f"sim_options:={{next_car: {next_car}}}"]
     options += ["sync:=true", "camera:=false", "referee_options:={pictures: false}"]
     with isolated_ros_environment(tmp_path / "ros") as environment:
-        done = subprocess.run(
-            [DRIVE, "headless:=true", *options],
-            cwd=tmp_path,
-            env=environment,
-            timeout=120,
-            check=False,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
+        place = {"cwd": tmp_path, "env": environment, "timeout": 120, "text": True}
+        command, output = [DRIVE, "headless:=true", *options], subprocess.PIPE
+        done = subprocess.run(command, stdout=output, stderr=subprocess.STDOUT, **place)
     assert (done.returncode == 0) == (statuses[0] == "completed"), done.stdout
     results = drive_cars(route=ROUTE, cars=cars, sim_options={"next_car": next_car})
     names = {"ego_vehicle": "report", "hero1": "report_hero1", "hero2": "report_hero2"}
@@ -126,11 +109,8 @@ def test_group_of_a_car_replaces_all_topics_of_its_nodes_and_its_referee():
         for file in (one for one in files if one.endswith(".py")):
             with open(os.path.join(folder, file), encoding="utf-8") as script:
                 topics |= set(re.findall(r'"(/[a-z_]+/[a-z_/]+)"', script.read()))
-    of_world = {
-        one
-        for one in topics
-        if re.match("/carla/(traffic|objects|markers)|/clock|/tf|/sim/|/stack/", one)
-    }
+    world_s = re.compile("/carla/(traffic|objects|markers)|/clock|/tf|/sim/|/stack/")
+    of_world = {one for one in topics if world_s.match(one)}
     assert topics - of_world - remapped == set()
     for one in tree.iter("remap"):
         place = "$(arg ego)" if "/ego_vehicle/" in one.get("from") else "$(arg folder)"

@@ -20,18 +20,14 @@ def samples(memory, files=lambda percent: 10):
 
 
 def test_memory_of_start_and_end_does_not_count_as_growth():
-    verdict = judge(
-        samples(lambda percent: 40.0 + min(percent, 20.0) + (50.0 if percent > 99.9 else 0.0))
-    )
-    assert verdict == (60.0, 0.0, 0)
+    memory = lambda percent: 40.0 + min(percent, 20.0) + 50.0 * (percent > 99.9)  # noqa: E731
+    assert judge(samples(memory)) == (60.0, 0.0, 0)
 
 
 def test_growing_memory_and_open_files_are_measured():
-    verdict = judge(
-        samples(lambda percent: 40.0 + 0.1 * percent, lambda percent: 10 + int(percent // 30))
-    )
-    assert verdict[1] == pytest.approx(7.5, abs=0.3)
-    assert verdict[2] == 3
+    files = lambda percent: 10 + int(percent // 30)  # noqa: E731
+    _, growth_mb, leaked = judge(samples(lambda percent: 40.0 + 0.1 * percent, files))
+    assert (growth_mb, leaked) == (pytest.approx(7.5, abs=0.3), 3)
 
 
 @pytest.mark.parametrize("hours", [0.01, 0.5, 10.0])

@@ -46,16 +46,11 @@ def test_configuration_of_the_controller_matches_the_default_car():
         assert steering_map.command(half_angle, speed)[0] == pytest.approx(0.5, rel=1e-3)
     axles = Axles(**CONFIG["axles"])
     assert (axles.front_m, axles.rear_m) == (car.front_axle_m, car.rear_axle_m)
-    front_load = car.mass_kg * car.rear_axle_m / car.wheelbase_m
-    assert axles.front_compliance == pytest.approx(
-        front_load / car.front_cornering_stiffness_n_per_rad, rel=0.01
-    )
-    assert axles.rear_compliance == pytest.approx(
-        (car.mass_kg - front_load) / car.rear_cornering_stiffness_n_per_rad, rel=0.01
-    )
-    assert CONFIG["lqr"]["gyration_m"] == pytest.approx(
-        math.sqrt(car.yaw_inertia_kgm2 / car.mass_kg), rel=0.01
-    )
+    load = car.mass_kg * car.rear_axle_m / car.wheelbase_m
+    front, rear = car.front_cornering_stiffness_n_per_rad, car.rear_cornering_stiffness_n_per_rad
+    gyration_m = math.sqrt(car.yaw_inertia_kgm2 / car.mass_kg)
+    found = axles.front_compliance, axles.rear_compliance, CONFIG["lqr"]["gyration_m"]
+    assert found == pytest.approx((load / front, (car.mass_kg - load) / rear, gyration_m), rel=0.01)
 
 
 def drive(method, y_m=0.0, yaw_rad=0.0, longest_s=400.0):

@@ -49,9 +49,8 @@ def start(tmp_path):
     programs = []
 
     def start(*command):
-        programs.append(
-            Program(list(map(str, command)), os.environ, tmp_path, tmp_path / f"log{len(programs)}")
-        )
+        log = tmp_path / f"log{len(programs)}"
+        programs.append(Program(list(map(str, command)), os.environ, tmp_path, log))
         return programs[-1]
 
     yield start
@@ -93,10 +92,8 @@ def has_ended(process):
 
 def children(program):
     """Return the processes of a program's workers."""
-    return matching(
-        psutil.Process(program.process.pid).children(recursive=True),
-        lambda process: "spawn_main" in " ".join(process.cmdline()),
-    )
+    every = psutil.Process(program.process.pid).children(recursive=True)
+    return matching(every, lambda process: "spawn_main" in " ".join(process.cmdline()))
 
 
 @pytest.fixture
@@ -226,9 +223,8 @@ def test_real_nodes_drive_as_the_process_does(study, start, tmp_path):
     process, nodes = found
     assert nodes["missed_ticks"] == 0
     clock = {"wall_duration_s", "real_time_factor"}
-    assert {name: process[name] for name in nodes if name not in clock} == {
-        name: value for name, value in nodes.items() if name not in clock
-    }
+    names = nodes.keys() - clock
+    assert {name: process[name] for name in names} == {name: nodes[name] for name in names}
 
 
 def greeting(port, ssl_context):
@@ -247,12 +243,9 @@ def test_client_without_the_certificate_of_the_cluster_cannot_connect():
         assert [outcome.result for outcome in engine.outcomes(abs, [("a", (-3,))])] == [3]
         assert all(address.startswith("tls://127.0.0.1:") for address in engine.workers)
         own = psutil.Process()
-        listening = [
-            connection.laddr
-            for process in (own, *own.children(recursive=True))
-            for connection in process.connections("inet")
-            if connection.status == psutil.CONN_LISTEN
-        ]
+        processes = own, *own.children(recursive=True)
+        open_ones = (one for process in processes for one in process.connections("inet"))
+        listening = [one.laddr for one in open_ones if one.status == psutil.CONN_LISTEN]
         assert {address.ip for address in listening} == {"127.0.0.1"}
         other = distributed.Security.temporary().get_connection_args("scheduler")["ssl_context"]
         for port in {address.port for address in listening}:

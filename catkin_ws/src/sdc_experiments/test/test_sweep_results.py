@@ -24,15 +24,9 @@ IDENTITY = {"factors": {"k": [1, 2]}, "files": {}, "code": "a"}
 
 
 def row(key, status="completed", rms=0.1, scenario="town", seed=1, **settings):
-    return {
-        "key": key,
-        "scenario": scenario,
-        "settings": settings,
-        "seed": seed,
-        "status": status,
-        "metrics": {"cross_track_rms_m": rms, "driving_score": 90.0, "infractions": {"stop": 2}},
-        "trace_sha256": "12",
-    }
+    metrics = {"cross_track_rms_m": rms, "driving_score": 90.0, "infractions": {"stop": 2}}
+    found = {"key": key, "scenario": scenario, "settings": settings, "seed": seed}
+    return {**found, "status": status, "metrics": metrics, "trace_sha256": "12"}
 
 
 def test_rows_outlive_a_kill_and_a_torn_line_is_dropped(tmp_path):
@@ -73,10 +67,8 @@ def test_table_has_a_column_for_each_setting_and_each_metric(tmp_path):
     write_csv(tmp_path / "results.csv", rows)
     with open(tmp_path / "results.csv", encoding="utf-8") as file:
         read = list(csv.DictReader(file))
-    assert [(one["k"], one["noise"], one["infractions_stop"]) for one in read] == [
-        ("1.5", "{x: 1}", "2"),
-        ("2.0", "", "2"),
-    ]
+    found = [(one["k"], one["noise"], one["infractions_stop"]) for one in read]
+    assert found == [("1.5", "{x: 1}", "2"), ("2.0", "", "2")]
     assert (read[1]["status"], read[1]["cross_track_rms_m"]) == ("failed", "")
 
 
@@ -90,10 +82,8 @@ def test_confidence_interval_is_that_of_students_t():
 
 def test_errors_of_drives_that_were_not_completed_are_left_out():
     rows = [
-        row("a", rms=0.1, k=1.0),
-        row("b", "off_route", rms=9.0, seed=2, k=1.0),
-        row("c", "failed", rms=None, seed=3, k=1.0),
-        row("d", rms=0.3, k=2.0),
+        *(row("a", rms=0.1, k=1.0), row("b", "off_route", rms=9.0, seed=2, k=1.0)),
+        *(row("c", "failed", rms=None, seed=3, k=1.0), row("d", rms=0.3, k=2.0)),
     ]
     first, second = combinations(rows, ["k"], ["cross_track_rms_m", "driving_score"])
     assert (first.drives, first.completed, first.failed) == (2, 1, 1)

@@ -41,9 +41,8 @@ class BridgeClientsTest(unittest.TestCase):
     def setUpClass(cls):
         cls.odometry = MessageListener(EGO + "/odometry", Odometry)
         cls.status = MessageListener(EGO + "/vehicle_status", CarlaEgoVehicleStatus)
-        cls.control = rospy.Publisher(
-            EGO + "/vehicle_control_cmd", CarlaEgoVehicleControl, queue_size=10
-        )
+        topic = EGO + "/vehicle_control_cmd"
+        cls.control = rospy.Publisher(topic, CarlaEgoVehicleControl, queue_size=10)
         wait_for_subscriber(cls.control)
         cls.spawn = rospy.ServiceProxy("/carla/spawn_object", SpawnObject)
         cls.destroy = rospy.ServiceProxy("/carla/destroy_object", DestroyObject)
@@ -70,13 +69,10 @@ class BridgeClientsTest(unittest.TestCase):
 
     def test_manual_control_drives_while_its_override_is_set(self):
         """One command for each CarlaStatus; picture, status, info, events and tf for its window."""
-        override = rospy.Publisher(
-            EGO + "/vehicle_control_manual_override", Bool, queue_size=10, latch=True
-        )
+        topics = EGO + "/vehicle_control_manual_override", EGO + "/vehicle_control_cmd_manual"
+        override = rospy.Publisher(topics[0], Bool, queue_size=10, latch=True)
         autopilot = rospy.Publisher(EGO + "/enable_autopilot", Bool, queue_size=10)
-        manual = rospy.Publisher(
-            EGO + "/vehicle_control_cmd_manual", CarlaEgoVehicleControl, queue_size=10
-        )
+        manual = rospy.Publisher(topics[1], CarlaEgoVehicleControl, queue_size=10)
         self.addCleanup(manual.unregister)
         self.addCleanup(override.publish, False)
         pressed = CarlaEgoVehicleControl()
@@ -94,9 +90,8 @@ class BridgeClientsTest(unittest.TestCase):
         transforms = tf2_ros.Buffer()
         listener = tf2_ros.TransformListener(transforms)
         self.addCleanup(listener.unregister)
-        wait_until(
-            lambda: transforms.can_transform("map", "ego_vehicle", rospy.Time()), what="the pose"
-        )
+        frames = "map", "ego_vehicle"
+        wait_until(lambda: transforms.can_transform(*frames, rospy.Time()), what="the pose")
 
         pressed.throttle = 1.0
         override.publish(True)
@@ -130,9 +125,8 @@ class BridgeClientsTest(unittest.TestCase):
         self.assertNotEqual(self.status.messages[-1].control.throttle, 0.625)
 
         converting = threading.Event()
-        subscriber = rospy.Subscriber(
-            EGO + "/ackermann_cmd", AckermannDrive, lambda _target: converting.set()
-        )
+        convert_one = lambda _target: converting.set()  # noqa: E731
+        subscriber = rospy.Subscriber(EGO + "/ackermann_cmd", AckermannDrive, convert_one)
 
         def convert():
             if converting.is_set():
@@ -143,10 +137,8 @@ class BridgeClientsTest(unittest.TestCase):
         self.assertIn("/bridge_clients_test", line.msg)
         seen = len(self.status.messages) + 5
         wait_until(lambda: len(self.status.messages) > seen + 40, what="40 ticks")
-        executed = {
-            (one.control.throttle, one.control.steer, one.control.brake)
-            for one in self.status.messages[seen : seen + 40]
-        }
+        controls = (one.control for one in self.status.messages[seen : seen + 40])
+        executed = {(one.throttle, one.steer, one.brake) for one in controls}
         self.assertEqual(executed, {(0.625, -0.125, 0.0)})
 
         subscriber.unregister()
@@ -202,9 +194,8 @@ class BridgeClientsTest(unittest.TestCase):
         walker = self.spawned("walker.pedestrian.0001", "alice", 30.0, 8.0).id
         self.assertGreater(self.spawned("sensor.pseudo.odom", "odometry", 0.0, 0.0, walker).id, 0)
         seen = MessageListener("/carla/alice/odometry", Odometry)
-        control = rospy.Publisher(
-            "/carla/alice/walker_control_cmd", CarlaWalkerControl, queue_size=1
-        )
+        topic = "/carla/alice/walker_control_cmd"
+        control = rospy.Publisher(topic, CarlaWalkerControl, queue_size=1)
         wait_for_subscriber(control)
         control.publish(CarlaWalkerControl(Vector3(0.0, -2.0, 0.0), 1.5, False))
         seen.wait_for(lambda one: one.pose.pose.position.y < 6.0)

@@ -6,6 +6,7 @@ import os
 import subprocess
 import tempfile
 import unittest
+from pathlib import Path
 
 import numpy as np
 import rospkg
@@ -23,11 +24,7 @@ from sdc_testing import MessageListener, wait_for_subscriber
 
 SIM = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "scripts", "sim.py")
 CAMERA = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "scripts", "front_camera.py")
-CAMERA_TOPICS = (
-    "/carla/weather_control",
-    "/carla/hero/spectator_pose",
-    "/carla/hero/rgb_view/control/set_transform",
-)
+CAMERA_TOPICS = "weather_control", "hero/spectator_pose", "hero/rgb_view/control/set_transform"
 OBSTACLES = """frame: route
 obstacles:
   - {kind: car, at: [40.0, 0.0]}
@@ -36,11 +33,8 @@ lights:
   - {stop_line_m: 80.0, phases: [{red: 600.0}]}
 """
 EGO = "/carla/hero"
-with open(
-    os.path.join(os.path.dirname(os.path.abspath(__file__)), "data", "bridge_topics.yaml"),
-    encoding="utf-8",
-) as topics_file:
-    TOPICS = yaml.safe_load(topics_file)
+TABLE = Path(__file__).resolve().with_name("data") / "bridge_topics.yaml"
+TOPICS = yaml.safe_load(TABLE.read_text(encoding="utf-8"))
 
 
 def pixels(image):
@@ -91,7 +85,7 @@ class GenerationsTest(unittest.TestCase):
         self.assertEqual([topic for topic in others if sim in self.nodes(0, topic)], [])
         for topic, kind in topics.get("subscribed", {}).items():
             self.assertEqual((topic, types.get(topic)), (topic, kind))
-            node = "/front_camera" if topic in CAMERA_TOPICS else sim
+            node = "/front_camera" if topic[len("/carla/") :] in CAMERA_TOPICS else sim
             self.assertIn(node, self.nodes(1, topic))
         odometry = rospy.wait_for_message(EGO + "/odometry", Odometry, timeout=15.0)
         self.assertEqual((odometry.header.frame_id, odometry.child_frame_id), ("map", "hero"))

@@ -52,11 +52,8 @@ class OptionsTest(unittest.TestCase):
         self.assertGreaterEqual(brakes.index(1.0), 3)
 
         # With a third of the grip the car brakes with at most a third; only the wind turns it.
-        braking = [
-            message
-            for message in status.messages[before:]
-            if 2.0 < message.velocity < 7.0 and message.control.brake == 1.0
-        ]
+        braked = (one for one in status.messages[before:] if one.control.brake == 1.0)
+        braking = [one for one in braked if 2.0 < one.velocity < 7.0]
         seconds = (braking[-1].header.stamp - braking[0].header.stamp).to_sec()
         deceleration = (braking[0].velocity - braking[-1].velocity) / seconds
         self.assertLess(deceleration, 0.3 * 1.05 * 9.81 * 1.1)

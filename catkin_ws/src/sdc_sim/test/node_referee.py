@@ -2,7 +2,6 @@
 """Tests of the referee node with topics that only this test publishes."""
 
 import json
-import math
 import os
 import shutil
 import signal
@@ -21,6 +20,7 @@ from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 
 from sdc_common.processes import wait_until
+from sdc_sim.ros.message_conversion import quaternion_from_yaw
 from sdc_testing import MessageListener
 
 SCRIPTS = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "scripts")
@@ -43,9 +43,8 @@ class RefereeTest(unittest.TestCase):
     def setUpClass(cls):
         cls.mission = rospy.Publisher("/planner/mission_waypoints", Path, queue_size=1)
         cls.odometry = rospy.Publisher(EGO + "/odometry", Odometry, queue_size=1000)
-        cls.command = rospy.Publisher(
-            EGO + "/vehicle_control_cmd", CarlaVehicleControl, queue_size=1000
-        )
+        topic = EGO + "/vehicle_control_cmd"
+        cls.command = rospy.Publisher(topic, CarlaVehicleControl, queue_size=1000)
         cls.collision = rospy.Publisher(EGO + "/collision", CarlaCollisionEvent, queue_size=10)
         cls.obstacles = rospy.Publisher(EGO + "/obstacles", ObstacleArray, queue_size=10)
         cls.publishers = cls.mission, cls.odometry, cls.command, cls.collision, cls.obstacles
@@ -61,28 +60,12 @@ class RefereeTest(unittest.TestCase):
 
     def start(self, **changes):
         """Start a referee and publish the route to it."""
-        rospy.set_param(
-            self.name,
-            {
-                **rospy.get_param("~good"),
-                "pictures": False,
-                "snapshots": 0,
-                "report": self.report_path,
-                **changes,
-            },
-        )
-
+        given = {"pictures": False, "snapshots": 0, "report": self.report_path, **changes}
+        rospy.set_param(self.name, {**rospy.get_param("~good"), **given})
+        script = os.path.join(SCRIPTS, "referee.py")
+        command = [script, "__name:=" + self.name[1:], "__log:=/dev/null"]
         with open(self.log_path, "wb") as log:
-            process = subprocess.Popen(
-                [
-                    os.path.join(SCRIPTS, "referee.py"),
-                    "__name:=" + self.name[1:],
-                    "__log:=/dev/null",
-                ],
-                stdout=log,
-                stderr=log,
-                start_new_session=True,
-            )
+            process = subprocess.Popen(command, stdout=log, stderr=log, start_new_session=True)
         self.addCleanup(self.end, process)
         self.publish_route()
         return process
@@ -90,11 +73,8 @@ class RefereeTest(unittest.TestCase):
     def publish_route(self):
         """Wait until the referee is connected, and publish the route."""
         for publisher in self.publishers:
-            wait_until(
-                lambda publisher=publisher: self.name in subscribers(publisher),
-                60.0,
-                f"{self.name} on {publisher.resolved_name}",
-            )
+            has = lambda one=publisher: self.name in subscribers(one)  # noqa: E731
+            wait_until(has, 60.0, f"{self.name} on {publisher.resolved_name}")
         self.mission.publish(Path([BaseWaypoint(float(x), 0.0) for x in range(101)]))
 
     def end(self, process):
@@ -116,10 +96,7 @@ class RefereeTest(unittest.TestCase):
             message.header.stamp = stamp_of(tick)
             message.pose.pose.position.x = min(0.5 * tick, 100.0)
             message.pose.pose.position.y = 0.3
-            message.pose.pose.orientation.z, message.pose.pose.orientation.w = (
-                math.sin(0.5 * yaw),
-                math.cos(0.5 * yaw),
-            )
+            message.pose.pose.orientation = quaternion_from_yaw(yaw)
             speed = 10.0 if tick < 200 else 0.0
             message.twist.twist.linear.x, message.twist.twist.linear.y = 0.6 * speed, -0.8 * speed
             self.odometry.publish(message)
@@ -134,11 +111,8 @@ class RefereeTest(unittest.TestCase):
 
     def drive_and_wait(self, first, last):
         self.drive(first, last)
-        wait_until(
-            lambda: self.logged_odometry() >= last - 1,
-            30.0,
-            f"{last - 1} odometry messages in the file of events",
-        )
+        what = f"{last - 1} odometry messages in the file of events"
+        wait_until(lambda: self.logged_odometry() >= last - 1, 30.0, what)
 
     def report(self, process, status):
         self.assertEqual(process.wait(timeout=60), status, self.log())
@@ -194,23 +168,16 @@ class RefereeTest(unittest.TestCase):
         self.drive_and_wait(1, 120)
         wait_until(self.image.get_num_connections, 30.0, "the subscription to the camera")
         # A publisher notices the end of a subscription when it publishes.
-        wait_until(
-            lambda: self.image.publish(IMAGE) or not self.image.get_num_connections(),
-            30.0,
-            "the end of the subscription",
-        )
+        ends = lambda: self.image.publish(IMAGE) or not self.image.get_num_connections()  # noqa: E731
+        wait_until(ends, 30.0, "the end of the subscription")
         self.collision.publish(CarlaCollisionEvent(other_actor_id=103))
         report = self.report(process, 1)
         self.assertEqual(report["status"], "collision")
-        self.assertEqual(
-            {name for name, count in report["infractions"].items() if count},
-            {"collision_pedestrian"},
-        )
+        infractions = {name for name, count in report["infractions"].items() if count}
+        self.assertEqual(infractions, {"collision_pedestrian"})
         self.assertAlmostEqual(report["driving_score"], 0.5 * report["route_completion_percent"])
-        self.assertEqual(
-            sorted(os.listdir(self.folder)),
-            ["report.csv", "report.html", "report.json", "report.parameters.json", "report.png"],
-        )
+        endings = "csv", "html", "json", "parameters.json", "png"
+        self.assertEqual(sorted(os.listdir(self.folder)), [f"report.{one}" for one in endings])
         with open(os.path.join(self.folder, "report.html"), encoding="utf-8") as file:
             self.assertIn("data:image/jpeg", file.read())
 

@@ -64,20 +64,11 @@ class RvizTest(unittest.TestCase):
     def test_2_point_and_pose_are_on_the_road(self):
         x, y = ON_THE_ROAD
         clicked = self.use("c", lambda: self.display.click(x, y), "/clicked_point", PointStamped)
-        estimate = self.use(
-            "p",
-            lambda: self.display.xdotool(
-                *("mousemove", x, y, "mousedown", 1, "mousemove", x, y - 30),
-                *("mousemove", x, y - 60, "mouseup", 1),
-            ),
-            "/initialpose",
-            PoseWithCovarianceStamped,
-        )
-        for header, point in (
-            (clicked.header, clicked.point),
-            (estimate.header, estimate.pose.pose.position),
-        ):
-            self.assertEqual(header.frame_id, "map")
+        drag = "mousemove", x, y, "mousedown", 1, "mousemove", x, y - 30, "mousemove", x, y - 60
+        draw = lambda: self.display.xdotool(*drag, "mouseup", 1)  # noqa: E731
+        estimate = self.use("p", draw, "/initialpose", PoseWithCovarianceStamped)
+        for one, point in ((clicked, clicked.point), (estimate, estimate.pose.pose.position)):
+            self.assertEqual(one.header.frame_id, "map")
             on_the_road = 0.0 < point.x < 60.0 and abs(point.y) < 5.0 and abs(point.z) < 1.0
             self.assertTrue(on_the_road, point)
 

@@ -26,21 +26,22 @@ def ticks(listener):
     return [message.header.stamp.to_nsec() // TICK_NS for message in listener.messages]
 
 
+def has_hundred_ticks(message):
+    return message.header.stamp.to_nsec() >= 100 * TICK_NS
+
+
 class SensorsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.command = rospy.Publisher(
-            EGO + "/vehicle_control_cmd", CarlaVehicleControl, queue_size=100
-        )
+        topic = EGO + "/vehicle_control_cmd"
+        cls.command = rospy.Publisher(topic, CarlaVehicleControl, queue_size=100)
         # The simulation waits for a node that estimates the odometry.
         cls.estimate = rospy.Publisher(EGO + "/odometry", Odometry, queue_size=1)
         cls.imu = MessageListener(EGO + "/imu", Imu)
         cls.gnss = MessageListener(EGO + "/gnss/front/gnss", NavSatFix)
         cls.speed = MessageListener(EGO + "/speedometer", Float32)
-        cls.scans = {
-            name: MessageListener(f"{EGO}/lidar/{name}/point_cloud", PointCloud2)
-            for name in ("front", "planar")
-        }
+        topics = {name: f"{EGO}/lidar/{name}/point_cloud" for name in ("front", "planar")}
+        cls.scans = {name: MessageListener(one, PointCloud2) for name, one in topics.items()}
         cls.planar = MessageListener(EGO + "/scan", LaserScan)
         cls.truth = MessageListener(GROUND_TRUTH, Odometry)
         cls.odometry = MessageListener(EGO + "/odometry", Odometry)
@@ -50,9 +51,7 @@ class SensorsTest(unittest.TestCase):
         wait_for_subscriber(cls.command)
         cls.wheels = MessageListener(EGO + "/wheel_speeds", JointState)
         rospy.Subscriber(EGO + "/wheel_speeds", JointState, cls.answer, tcp_nodelay=True)
-        cls.wheels.wait_for(
-            lambda message: message.header.stamp.to_nsec() >= 100 * TICK_NS, seconds=60.0
-        )
+        cls.wheels.wait_for(has_hundred_ticks, seconds=60.0)
 
     @classmethod
     def answer(cls, wheels):
@@ -63,18 +62,16 @@ class SensorsTest(unittest.TestCase):
         self.assertGreater(self.truth.messages[-1].twist.twist.linear.x, 5.0)
 
     def test_each_sensor_is_published_in_the_ticks_of_its_period(self):
-        self.imu.wait_for(lambda message: message.header.stamp.to_nsec() >= 100 * TICK_NS)
-        self.gnss.wait_for(lambda message: message.header.stamp.to_nsec() >= 100 * TICK_NS)
+        self.imu.wait_for(has_hundred_ticks)
+        self.gnss.wait_for(has_hundred_ticks)
         self.assertEqual(sorted(set(ticks(self.imu)))[:100], list(range(1, 101)))
         self.assertEqual(sorted(set(ticks(self.gnss)))[:25], list(range(4, 101, 4)))
 
     def test_gnss_measures_the_true_position_and_has_no_fix_in_an_outage(self):
-        self.truth.wait_for(lambda message: message.header.stamp.to_nsec() >= 100 * TICK_NS)
-        true = {
-            message.header.stamp.to_nsec() // TICK_NS: message.pose.pose.position
-            for message in self.truth.messages
-        }
-        self.gnss.wait_for(lambda message: message.header.stamp.to_nsec() >= 100 * TICK_NS)
+        self.truth.wait_for(has_hundred_ticks)
+        places = (one.pose.pose.position for one in self.truth.messages)
+        true = dict(zip(ticks(self.truth), places))
+        self.gnss.wait_for(has_hundred_ticks)
         for tick, fix in zip(ticks(self.gnss), self.gnss.messages):
             if not 4 <= tick <= 100:
                 continue
@@ -93,10 +90,8 @@ class SensorsTest(unittest.TestCase):
         truth = {message.header.stamp: message.twist.twist for message in list(self.truth.messages)}
         wheels = next(one for one in reversed(self.wheels.messages) if one.header.stamp in truth)
         twist = truth[wheels.header.stamp]
-        self.assertEqual(
-            wheels.name,
-            ["front_left_wheel", "front_right_wheel", "rear_left_wheel", "rear_right_wheel"],
-        )
+        names = [f"{axle}_{side}_wheel" for axle in ("front", "rear") for side in ("left", "right")]
+        self.assertEqual(wheels.name, names)
         rear_mps = 0.5 * 0.35 * (wheels.velocity[2] + wheels.velocity[3])
         self.assertLess(abs(rear_mps - twist.linear.x), 0.3)
         imu = next(one for one in reversed(self.imu.messages) if one.header.stamp in truth)

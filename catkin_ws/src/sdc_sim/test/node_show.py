@@ -17,12 +17,9 @@ from sdc_common.processes import wait_until
 from sdc_testing import MessageListener, wait_for_subscriber
 
 # The messages of another package, whose waypoints have one field more than those of sdc_msgs.
-CLASSES = genpy.dynamic.generate_dynamic(
-    "other/LocalPath",
-    "Waypoint[] waypoints\n"
-    + "=" * 80
-    + "\nMSG: other/Waypoint\nfloat32 x\nfloat32 y\nfloat32 yaw\nfloat32 v",
-)
+FIELDS = "MSG: other/Waypoint\nfloat32 x\nfloat32 y\nfloat32 yaw\nfloat32 v"
+DEFINITION = "\n".join(["Waypoint[] waypoints", "=" * 80, FIELDS])
+CLASSES = genpy.dynamic.generate_dynamic("other/LocalPath", DEFINITION)
 LocalPath, OtherWaypoint = CLASSES["other/LocalPath"], CLASSES["other/Waypoint"]
 
 
@@ -56,10 +53,8 @@ class ShowTest(unittest.TestCase):
                 lambda path: len(path.poses) == 50
             )
             self.assertEqual(route.header.frame_id, "map")
-            self.assertEqual(
-                [(pose.pose.position.x, pose.pose.position.y) for pose in route.poses],
-                [(x, 2.0) for x in range(50)],
-            )
+            places = [(pose.pose.position.x, pose.pose.position.y) for pose in route.poses]
+            self.assertEqual(places, [(x, 2.0) for x in range(50)])
             road = MessageListener("/show/road", MarkerArray).wait_for()
             self.assertEqual([marker.ns for marker in road.markers], ["grass", "asphalt", "lines"])
             for marker in road.markers:

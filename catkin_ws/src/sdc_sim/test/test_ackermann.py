@@ -3,34 +3,28 @@
 from __future__ import annotations
 
 import math
-import os
 
 import pytest
-import yaml
+from presets import PRESETS, preset
 
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
 from sdc_sim.physics.vehicle import Vehicle
-from sdc_sim.physics.vehicle_parameters import load_vehicle
+from sdc_sim.yaml_document import packaged_config
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-CONFIG = os.path.join(HERE, "..", "config")
-with open(os.path.join(CONFIG, "sim.yaml"), encoding="utf-8") as file:
-    GAINS = AckermannGains(**yaml.safe_load(file)["ackermann"])
-PRESETS = ("tesla_model3", "ford_escort", "bmw_320i", "vw_vanagon", "snider2009")
+GAINS = AckermannGains(**packaged_config("sim")["ackermann"])
 TICK_S = 0.05
 
 
-def drive(target, seconds, preset="tesla_model3", speed_mps=0.0, control=None, vehicle=None):
-    parameters = load_vehicle(os.path.join(CONFIG, "vehicles", preset + ".yaml"))
+def drive(target, seconds, name="tesla_model3", speed_mps=0.0, control=None, vehicle=None):
+    parameters = preset(name)
     control = control or AckermannControl(parameters, GAINS)
     if vehicle is None:
         vehicle = Vehicle(parameters)
         vehicle.reset(0.0, 0.0, 0.0, speed_mps)
     states, commands = [], []
     for _ in range(round(seconds / TICK_S)):
-        command = control.command(
-            target, vehicle.state.speed_mps, vehicle.state.wheel_angle_rad, TICK_S
-        )
+        state = vehicle.state
+        command = control.command(target, state.speed_mps, state.wheel_angle_rad, TICK_S)
         assert command.clamped() == (command, False)
         vehicle.step(command, TICK_S)
         states.append(vehicle.state)
@@ -38,18 +32,16 @@ def drive(target, seconds, preset="tesla_model3", speed_mps=0.0, control=None, v
     return states, commands, vehicle
 
 
-@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("name", PRESETS)
 @pytest.mark.parametrize(
     ("start", "wanted"),
     [(0.0, 5.0), (0.0, 15.0), (12.0, 6.0), (8.0, 0.0), (0.0, -3.0), (5.0, -3.0), (-3.0, 4.0)],
 )
-def test_speed_is_reached_and_held(preset, start, wanted):
-    states, _, _ = drive(AckermannTarget(speed_mps=wanted), 25.0, preset, start)
+def test_speed_is_reached_and_held(name, start, wanted):
+    states, _, _ = drive(AckermannTarget(speed_mps=wanted), 25.0, name, start)
     assert states[-1].speed_mps == pytest.approx(wanted, abs=0.1)
-    overshoot = max(
-        math.copysign(1.0, wanted - start) * (state.speed_mps - wanted) for state in states
-    )
-    assert overshoot < 0.7
+    sign = math.copysign(1.0, wanted - start)
+    assert max(sign * (state.speed_mps - wanted) for state in states) < 0.7
 
 
 def test_target_of_zero_holds_the_vehicle():
@@ -71,11 +63,9 @@ def test_vehicle_starts_from_rest_as_if_it_had_not_driven_before():
 @pytest.mark.parametrize(("start", "wanted"), [(5.0, -3.0), (-3.0, 4.0)])
 def test_change_of_direction_starts_with_the_brake(start, wanted):
     states, commands, _ = drive(AckermannTarget(speed_mps=wanted), 3.0, speed_mps=start)
-    against = [
-        command
-        for state, command in zip(states, commands[1:])
-        if state.speed_mps * start > GAINS.standstill_mps * abs(start)
-    ]
+    least = GAINS.standstill_mps * abs(start)
+    pairs = zip(states, commands[1:])
+    against = [command for state, command in pairs if state.speed_mps * start > least]
     assert against
     assert all(command.throttle == 0.0 and command.brake > 0.0 for command in against)
 
@@ -89,29 +79,19 @@ def test_wheel_angle_is_reached_positive_to_the_left(angle, sign):
 
 
 def test_steering_rate_and_acceleration_and_jerk_are_kept():
-    slow = AckermannTarget(
-        steering_angle_rad=0.4,
-        steering_rate_radps=0.1,
-        speed_mps=10.0,
-        acceleration_mps2=0.8,
-        jerk_mps3=0.5,
-    )
-    states, _, _ = drive(slow, 12.0)
+    states, _, _ = drive(AckermannTarget(0.4, 0.1, 10.0, 0.8, 0.5), 12.0)
     angles = [state.wheel_angle_rad for state in states]
     assert max(b - a for a, b in zip(angles, angles[1:])) <= 0.1 * TICK_S * 1.3
     assert angles[19] == pytest.approx(0.1, abs=0.03)
     assert states[-1].wheel_angle_rad == pytest.approx(0.4, rel=0.02)
     speeds = [state.speed_mps for state in states]
     assert max(b - a for a, b in zip(speeds, speeds[10:])) < 0.8 * 10 * TICK_S * 1.25
-    assert speeds[20] < 0.5 * 0.5 * 1.05**2 + 0.1, (
-        "a jerk of 0.5 m/s^3 gives 0.25 m/s after one second"
-    )
+    # A jerk of 0.5 m/s^3 gives 0.25 m/s after one second.
+    assert speeds[20] < 0.5 * 0.5 * 1.05**2 + 0.1
 
 
 def control():
-    return AckermannControl(
-        load_vehicle(os.path.join(CONFIG, "vehicles", "tesla_model3.yaml")), GAINS
-    )
+    return AckermannControl(preset(), GAINS)
 
 
 @pytest.mark.parametrize(
@@ -120,11 +100,7 @@ def control():
         (AckermannTarget(0.1, 0.2, 3.0, 0.4, 0.5), AckermannTarget(0.1, 0.2, 3.0, 0.4, 0.5), False),
         (AckermannTarget(speed_mps=1e9), AckermannTarget(speed_mps=60.0), True),
         (AckermannTarget(speed_mps=-1e9), AckermannTarget(speed_mps=-60.0), True),
-        (
-            AckermannTarget(steering_rate_radps=-1.0, acceleration_mps2=-1.0, jerk_mps3=-1.0),
-            AckermannTarget(),
-            True,
-        ),
+        (AckermannTarget(0.0, -1.0, 0.0, -1.0, -1.0), AckermannTarget(), True),
     ],
 )
 def test_targets_are_limited(target, within, limited):

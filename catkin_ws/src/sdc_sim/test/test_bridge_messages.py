@@ -2,13 +2,13 @@
 
 import io
 import math
-import os
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
 import rospy
 from derived_object_msgs.msg import Object
+from presets import TESLA
 from visualization_msgs.msg import Marker
 
 from sdc_common.driving import Command
@@ -17,29 +17,22 @@ from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.obstacles import ObstaclePlan, Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLightPlan
 from sdc_sim.physics.vehicle import Vehicle
-from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.road.opendrive import opendrive
 from sdc_sim.ros import bridge_messages
 from sdc_sim.ros.bridge_messages import World, obstacle_marker
 from sdc_sim.simulation.simulation import Simulation
 
-FOLDER = os.path.dirname(os.path.abspath(__file__))
-TESLA = load_vehicle(os.path.join(FOLDER, "..", "config", "vehicles", "tesla_model3.yaml"))
 COMMAND = Command(throttle=0.75, steer=-0.25)
 
 
 @pytest.fixture
 def world():
     """Return a car that turns left, one that drives north, a box and two lights."""
-    plans = [
-        ObstaclePlan("car", ((20.0, 2.0), (20.0, 200.0)), (4.0, 1.8, 1.5), speed_mps=6.0),
-        ObstaclePlan.stationary("obstacle", 30.0, 6.0, 0.0),
-    ]
-    lights = [
-        TrafficLightPlan(50.0, 2.0, 0.5, (("red", 60.0),)),
-        TrafficLightPlan(10.0, 0.0, 0.0, (("green", 60.0),)),
-    ]
-    simulation = Simulation(Vehicle(TESLA), 0.05, 1.0, obstacles=Obstacles(plans), lights=lights)
+    car = ObstaclePlan("car", ((20.0, 2.0), (20.0, 200.0)), (4.0, 1.8, 1.5), speed_mps=6.0)
+    obstacles = Obstacles([car, ObstaclePlan.stationary("obstacle", 30.0, 6.0, 0.0)])
+    lights = [TrafficLightPlan(50.0, 2.0, 0.5, (("red", 60.0),))]
+    lights.append(TrafficLightPlan(10.0, 0.0, 0.0, (("green", 60.0),)))
+    simulation = Simulation(Vehicle(TESLA), 0.05, 1.0, obstacles=obstacles, lights=lights)
     for _ in range(40):
         simulation.step(COMMAND)
     return World(simulation, "hero", "tesla_model3")
@@ -104,10 +97,8 @@ def test_obstacles_lights_and_markers_show_the_same(world):
     observed = world.snapshot
     message = made(world, "obstacles")
     assert message.header.stamp == rospy.Time(2, 50_000_000)
-    assert [(one.id, one.kind, one.size.x) for one in message.obstacles] == [
-        (101, "car", 4.0),
-        (102, "obstacle", 1.0),
-    ]
+    found = [(one.id, one.kind, one.size.x) for one in message.obstacles]
+    assert found == [(101, "car", 4.0), (102, "obstacle", 1.0)]
     assert [(one.id, one.state) for one in message.traffic_lights] == [(1001, 0), (1002, 2)]
     assert made(world, "light_status").traffic_lights == message.traffic_lights
     marker = received(obstacle_marker(world, observed.obstacles[0]))
@@ -148,13 +139,9 @@ def test_objects_have_pose_size_kind_and_twist_in_the_map(world):
 
 def test_actor_list_has_vehicle_obstacles_and_lights(world):
     actors = made(world, "actor_list").actors
-    assert [(one.id, one.type.split(".")[0], one.rolename) for one in actors] == [
-        (1, "vehicle", "hero"),
-        (101, "vehicle", ""),
-        (102, "static", ""),
-        (1001, "traffic", ""),
-        (1002, "traffic", ""),
-    ]
+    found = [(one.id, one.type.split(".")[0], one.rolename) for one in actors]
+    others = (101, "vehicle"), (102, "static"), (1001, "traffic"), (1002, "traffic")
+    assert found == [(1, "vehicle", "hero"), *((*other, "") for other in others)]
 
 
 def test_control_info_has_target_and_executed_command(world):

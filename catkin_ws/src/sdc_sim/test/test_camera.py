@@ -1,5 +1,7 @@
 """The camera picture: positions of lines and objects, what hides what, independence of the past."""
 
+import itertools
+
 import cv2
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from sdc_sim.road.road_markings import lane_points
 
 pytestmark = pytest.mark.slow(12)
 
+BLUE = (255, 0, 0)
 STRAIGHT = Road([[0.0, 0.0], [400.0, 0.0]])
 CURVY = Road(route(60, (40, 1.2), 30, (25, -1.6), 60, step_m=0.5))
 
@@ -33,12 +36,8 @@ class _Bare(Road):
 
 
 def selected(scenery, keep):
-    return type(scenery)(
-        *(
-            getattr(scenery, name)[keep]
-            for name in ("kind", "position_m", "yaw_rad", "size_m", "variant")
-        )
-    )
+    names = "kind", "position_m", "yaw_rad", "size_m", "variant"
+    return type(scenery)(*(getattr(scenery, name)[keep] for name in names))
 
 
 @pytest.fixture(scope="module")
@@ -57,9 +56,8 @@ def curvy():
 def test_project_returns_pixels_computed_by_hand():
     cam = CameraModel()
     pitch = np.deg2rad(0.5)
-    pixels, front = cam.project(
-        [[10.7, 0.0, 0.0], [10.7, -2.0, 1.7], [-5.0, 0.0, 0.0]], 0.0, 0.0, 0.0
-    )
+    points = [[10.7, 0.0, 0.0], [10.7, -2.0, 1.7], [-5.0, 0.0, 0.0]]
+    pixels, front = cam.project(points, 0.0, 0.0, 0.0)
     assert front.tolist() == [True, True, False]
     assert np.isnan(pixels[2]).all()
     assert pixels[0] == pytest.approx([320.0, 240.0 + 320.0 * np.tan(np.arctan(0.17) - pitch)])
@@ -137,15 +135,12 @@ def test_dashes_are_where_the_geometry_puts_them():
 def test_horizon_is_correct_to_one_pixel(pitch_deg):
     model = CameraModel(pitch_rad=np.deg2rad(pitch_deg))
     horizon = model.height / 2 - 320.0 * np.tan(np.deg2rad(pitch_deg))
-    picture = (
-        Renderer(_Bare([[0.0, 0.0], [400.0, 0.0]]), model).render(0.0, 0.0, np.pi / 2).astype(float)
-    )
+    bare = Renderer(_Bare([[0.0, 0.0], [400.0, 0.0]]), model)
+    picture = bare.render(0.0, 0.0, np.pi / 2).astype(float)
     step = np.abs(np.diff(picture[..., :3].mean(axis=1), axis=0)).sum(axis=1)
     near = slice(int(horizon) - 4, int(horizon) + 4)
     rows = np.arange(len(step))[near] + 0.5
-    edge = float(np.sum(rows * (step[near] == step[near].max()))) / np.sum(
-        step[near] == step[near].max()
-    )
+    edge = rows[step[near] == step[near].max()].mean()
     assert abs(edge - horizon) <= 1.0
 
 
@@ -163,14 +158,8 @@ def _covered(renderer, at, *boxes):
 def test_a_box_fills_its_outline_in_the_picture(straight, kind, size):
     box = Box(20.0, 1.0, 0.0, *size, colour_bgr=(20, 20, 230), kind=kind)
     changed = _covered(straight, (0.0, 0.0, 0.0), box)
-    corners = np.array(
-        [
-            [20.0 + i * size[0] / 2, 1.0 + j * size[1] / 2, k * size[2]]
-            for i in (-1, 1)
-            for j in (-1, 1)
-            for k in (0, 1)
-        ]
-    )
+    signs = np.array([*itertools.product((-0.5, 0.5), (-0.5, 0.5), (0, 1))])
+    corners = (20.0, 1.0, 0.0) + signs * size
     pixels, _ = straight.camera.project(corners, 0.0, 0.0, 0.0)
     rows, columns = np.nonzero(changed)
     assert rows.min() == pytest.approx(pixels[:, 1].min(), abs=2.5)
@@ -181,23 +170,14 @@ def test_a_box_fills_its_outline_in_the_picture(straight, kind, size):
 @pytest.mark.parametrize(
     "far, near",
     [
-        (
-            Box(25.0, 0.0, 0.0, 1.0, 1.0, 1.0, (255, 0, 0), "obstacle"),
-            Box(10.0, 0.0, 0.0, 1.0, 3.0, 2.5, (0, 0, 255), "obstacle"),
-        ),
-        (
-            Box(30.0, 0.0, 0.3, colour_bgr=(255, 0, 0)),
-            Box(9.0, 0.0, 0.0, 0.5, 5.0, 3.0, (0, 0, 255), "obstacle"),
-        ),
+        ((25.0, 0.0, 0.0, 1.0, 1.0, 1.0, BLUE, "obstacle"), (10.0, 0.0, 0.0, 1.0, 3.0, 2.5)),
+        ((30.0, 0.0, 0.3, 4.7, 2.0, 1.45, BLUE, "car"), (9.0, 0.0, 0.0, 0.5, 5.0, 3.0)),
         # A long wall whose centre is farther away than the pedestrian that it hides.
-        (
-            Box(13.0, 3.0, 0.0, 0.5, 0.6, 1.7, (255, 0, 0), "pedestrian"),
-            Box(18.0, 1.2, 0.0, 24.0, 0.4, 3.0, (0, 0, 255), "obstacle"),
-        ),
+        ((13.0, 3.0, 0.0, 0.5, 0.6, 1.7, BLUE, "pedestrian"), (18.0, 1.2, 0.0, 24.0, 0.4, 3.0)),
     ],
 )
 def test_a_near_box_hides_a_far_one_in_any_order(straight, far, near):
-    at = (0.0, 0.0, 0.0)
+    at, far, near = (0.0, 0.0, 0.0), Box(*far), Box(*near, (0, 0, 255), "obstacle")
     alone = straight.render(*at, boxes=[near])
     both = straight.render(*at, boxes=[far, near])
     assert np.array_equal(both, straight.render(*at, boxes=[near, far]))
@@ -221,28 +201,14 @@ def test_buildings_hide_boxes_behind_them(straight):
     middle, depth = scenery.position_m[k], scenery.size_m[k, 1]
     side = np.sign(middle[1])
     at = (float(middle[0]), 0.0, float(side * np.pi / 2))
-    boxes = [
-        Box(
-            *middle + (0.0, side * sign * (0.5 * depth + 3.0)),
-            0.0,
-            2.0,
-            2.0,
-            1.0,
-            (0, 0, 255),
-            "obstacle",
-        )
-        for sign in (1.0, -1.0)
-    ]
-    red = [
-        np.sum(
-            np.all(
-                np.abs(straight.render(*at, boxes=[box])[..., :3].astype(int) - [0, 0, 205]) < 55,
-                axis=2,
-            )
-        )
-        for box in boxes
-    ]
-    assert red[0] == 0 and red[1] > 300
+
+    def red(sign):
+        place = middle + (0.0, side * sign * (0.5 * depth + 3.0))
+        box = Box(*place, 0.0, 2.0, 2.0, 1.0, (0, 0, 255), "obstacle")
+        picture = straight.render(*at, boxes=[box])[..., :3].astype(int)
+        return np.sum(np.all(np.abs(picture - [0, 0, 205]) < 55, axis=2))
+
+    assert red(1.0) == 0 and red(-1.0) > 300
 
 
 def test_the_lit_lamp_of_a_traffic_light_is_visible_from_its_front_only(straight):

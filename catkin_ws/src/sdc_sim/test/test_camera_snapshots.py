@@ -16,19 +16,14 @@ def image(encoding, pixel, width=640, height=480, step=None):
     row = np.tile(np.array(pixel, np.uint8), width)
     rows = np.zeros((height, step or len(row)), np.uint8)
     rows[:, : len(row)] = row
-    return Image(
-        height=height, width=width, encoding=encoding, step=rows.shape[1], data=rows.tobytes()
-    )
+    size = {"height": height, "width": width, "step": rows.shape[1]}
+    return Image(encoding=encoding, data=rows.tobytes(), **size)
 
 
 @pytest.mark.parametrize(
     ("encoding", "pixel"),
-    [
-        ("rgb8", ORANGE),
-        ("bgr8", ORANGE[::-1]),
-        ("bgra8", (*ORANGE[::-1], 255)),
-        ("rgba8", (*ORANGE, 255)),
-    ],
+    [("rgb8", ORANGE), ("bgr8", ORANGE[::-1]), ("bgra8", (*ORANGE[::-1], 255))]
+    + [("rgba8", (*ORANGE, 255))],
 )
 def test_jpeg_has_the_colours_of_the_image_and_a_small_size(encoding, pixel):
     jpeg = base64.b64decode(encode_jpeg(image(encoding, pixel), 480, 80))

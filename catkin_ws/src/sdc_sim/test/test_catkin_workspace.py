@@ -5,12 +5,8 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-from sdc_sim.catkin_workspace import (
-    WorkspaceError,
-    check_stack,
-    stack_launch,
-    workspace_environment,
-)
+from sdc_sim import catkin_workspace
+from sdc_sim.catkin_workspace import WorkspaceError, check_stack, workspace_environment
 
 MANIFEST = "<package><name>{}</name></package>"
 NODES = "sdc_package/planner.py sdc_package/controller"
@@ -36,7 +32,8 @@ def workspace(tmp_path):
 
 
 def launched(workspace, stack, waypoints_path=""):
-    return stack_launch(workspace, stack, workspace_environment(workspace), waypoints_path)
+    environment = workspace_environment(workspace)
+    return catkin_workspace.stack_launch(workspace, stack, environment, waypoints_path)
 
 
 def test_environment_is_that_of_the_workspace_with_the_master_of_the_drive(workspace, monkeypatch):
@@ -69,10 +66,9 @@ def test_list_of_nodes_becomes_a_launch_file(workspace):
     assert text.startswith("<launch><node ")
     nodes = ElementTree.fromstring(text).findall("node")
     assert [node.get("output") for node in nodes] == ["screen", "screen"]
-    assert [(node.get("pkg"), node.get("type"), node.get("name")) for node in nodes] == [
-        ("sdc_package", "planner.py", "planner"),
-        ("sdc_package", "controller", "controller"),
-    ]
+    found = [(node.get("pkg"), node.get("type"), node.get("name")) for node in nodes]
+    pairs = ("planner.py", "planner"), ("controller", "controller")
+    assert found == [("sdc_package", *pair) for pair in pairs]
     for node in nodes:
         assert node.find("param").attrib == {"name": "waypoints_path", "value": "/my <route>.csv"}
 

@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 
 from sdc_sim.physics.collision import Rectangle, first_contact, overlap
 
+UNIT = Rectangle(0, 0, 0, 2, 2)
+
 
 @pytest.mark.parametrize(
     ("a", "b", "depth_m", "normal"),
@@ -17,12 +19,7 @@ from sdc_sim.physics.collision import Rectangle, first_contact, overlap
         (Rectangle(0, 0, 0, 2, 2), Rectangle(1.5, 0, 0, 2, 2), 0.5, (-1.0, 0.0)),
         (Rectangle(0, 1.75, 0, 4, 2), Rectangle(0, 0, math.pi, 4, 2), 0.25, (0.0, 1.0)),
         (Rectangle(0, 0, 0, 2, 2), Rectangle(2.0, 0, 0, 2, 2), None, None),
-        (
-            Rectangle(0, 0, 0, 2, 2),
-            Rectangle(2.3, 0, math.pi / 4, 2, 2),
-            1 + math.sqrt(2) - 2.3,
-            (-1.0, 0.0),
-        ),
+        (UNIT, Rectangle(2.3, 0, math.pi / 4, 2, 2), 1 + math.sqrt(2) - 2.3, (-1.0, 0.0)),
         (Rectangle(0, 0, 0, 2, 2), Rectangle(2.0, 2.0, math.pi / 4, 2, 2), None, None),
         (Rectangle(0, 0, 0, 2, 2, 6), Rectangle(1.5, 0, 0, 2, 2, 0), None, None),
         (Rectangle(0, 0, 0, 2, 2, 2), Rectangle(1.5, 0, 0, 2, 2, 0), 0.5, (-1.0, 0.0)),
@@ -38,12 +35,8 @@ def test_overlap_has_known_depth_and_normal(a, b, depth_m, normal):
 
 
 @settings(deadline=None)
-@given(
-    st.floats(-math.pi, math.pi), st.floats(10.0, 60.0), st.floats(-2.0, 2.0), st.floats(0.1, 0.6)
-)
-def test_no_motion_is_too_fast_and_no_body_too_thin_for_a_contact(
-    heading, distance_m, aside_m, thickness_m
-):
+@given(*map(st.floats, (-math.pi, 10.0, -2.0, 0.1), (math.pi, 60.0, 2.0, 0.6)))
+def test_no_motion_is_too_fast_and_no_body_too_thin(heading, distance_m, aside_m, thickness_m):
     """A car crosses the origin in one motion; a thin body there stops it before the contact."""
     c, s = math.cos(heading), math.sin(heading)
 
@@ -51,9 +44,8 @@ def test_no_motion_is_too_fast_and_no_body_too_thin_for_a_contact(
         along = (share - 0.5) * distance_m
         return Rectangle(along * c, along * s, heading, 4.7, 2.0)
 
-    other = Rectangle(
-        -aside_m * 0.4 * s, aside_m * 0.4 * c, heading + 0.3, thickness_m, thickness_m
-    )
+    place = -aside_m * 0.4 * s, aside_m * 0.4 * c, heading + 0.3
+    other = Rectangle(*place, thickness_m, thickness_m)
     if overlap(motion(0.0), other):
         return
     contact = first_contact(motion, lambda _: other)

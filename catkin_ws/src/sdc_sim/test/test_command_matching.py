@@ -38,11 +38,8 @@ def trace_of(events):
     ],
 )
 def test_commands_answer_by_stamp_or_else_by_order(events, answered, by_order, missed):
-    assert trace_of(events).counts() == {
-        "missed_ticks": missed,
-        "ticks_by_stamp": answered,
-        "ticks_by_order": by_order,
-    }
+    counts = {"missed_ticks": missed, "ticks_by_stamp": answered, "ticks_by_order": by_order}
+    assert trace_of(events).counts() == counts
 
 
 @given(st.sets(st.integers(1, 50)), st.randoms())

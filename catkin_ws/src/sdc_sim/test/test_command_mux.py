@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-import os
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from presets import TESLA
 
 from sdc_common.driving import Command
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
-from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.sensors.errors import DelayLine
 from sdc_sim.simulation.command_mux import CommandMux
 from sdc_sim.simulation.simulation import Simulation
@@ -20,11 +19,6 @@ from sdc_sim.yaml_document import packaged_config
 
 pytestmark = pytest.mark.slow(6)
 
-TESLA = load_vehicle(
-    os.path.join(
-        os.path.dirname(os.path.abspath(__file__)), "..", "config", "vehicles", "tesla_model3.yaml"
-    )
-)
 TICK_S = 0.05
 AT_REST = VehicleState()
 SOFTWARE, MANUAL = Command(throttle=0.5), Command(throttle=0.2, steer=0.1)
@@ -32,11 +26,8 @@ FULL_BRAKE = Command(brake=1.0)
 
 
 def make_mux(latency_s=0.0, timeout_ticks=20):
-    return CommandMux(
-        timeout_ticks,
-        DelayLine(latency_s, TICK_S),
-        AckermannControl(TESLA, AckermannGains(**packaged_config("sim")["ackermann"])),
-    )
+    control = AckermannControl(TESLA, AckermannGains(**packaged_config("sim")["ackermann"]))
+    return CommandMux(timeout_ticks, DelayLine(latency_s, TICK_S), control)
 
 
 COAST, TARGET = Command(), AckermannTarget(steering_angle_rad=0.3, speed_mps=5.0)

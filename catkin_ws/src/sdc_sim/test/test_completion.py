@@ -4,11 +4,9 @@ import json
 import os
 import subprocess
 
-import numpy as np
 import pytest
-from referee_rules import RULES
+from referee_rules import TICK_NS, with_route
 
-from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.report.writer import (
     EVENTS,
     ReportError,
@@ -21,7 +19,6 @@ from sdc_sim.report.writer import (
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 SCRIPT = os.path.join(HERE, "..", "scripts", "report.py")
-TICK_NS = 50_000_000
 PARTS = ["report.csv", "report.html", "report.json", "report.png"]
 
 
@@ -32,8 +29,7 @@ def path(tmp_path):
 
 def driven(path, ticks=100, kept=True):
     """Return the evaluator of a drive."""
-    evaluator = Evaluator(RULES, open_report(path) if kept else None)
-    evaluator.set_route(np.column_stack([np.arange(11.0), np.zeros(11)]))
+    evaluator = with_route(open_report(path) if kept else None, 10)
     evaluator.add("lights", TICK_NS, [(7, 0)])
     for tick in range(1, ticks + 1):
         speed = 2.0 if tick < 100 else 0.0

@@ -9,22 +9,17 @@ from sdc_sim.ros.loop_lock import LoopLock
 
 ODOMETRY, OBSTACLES, COMMAND, PATH = "/odometry", "/obstacles", "/command", "/path"
 
+BLIND = "/planner to connect to /sim for /obstacles"
+DEAF = "/referee to connect to /planner for /path"
+
 
 class Graph:
     """The referee and a planner are connected, except where a test says otherwise."""
 
-    publishers = {
-        ODOMETRY: {"/sim"},
-        OBSTACLES: {"/sim"},
-        COMMAND: {"/controller"},
-        PATH: {"/planner"},
-    }
-    subscribers = {
-        ODOMETRY: {"/referee", "/planner"},
-        OBSTACLES: {"/planner"},
-        COMMAND: {"/sim", "/referee", "/plot"},
-        PATH: {"/referee"},
-    }
+    publishers = {ODOMETRY: {"/sim"}, OBSTACLES: {"/sim"}}
+    publishers.update({COMMAND: {"/controller"}, PATH: {"/planner"}})
+    subscribers = {ODOMETRY: {"/referee", "/planner"}, OBSTACLES: {"/planner"}}
+    subscribers.update({COMMAND: {"/sim", "/referee", "/plot"}, PATH: {"/referee"}})
 
     def __init__(self, closed=(), dead=()):
         self.closed, self.dead = closed, dead
@@ -42,21 +37,13 @@ class Graph:
         ([], [], ["/referee"], []),
         ([], [], ["/referee", "/record"], ["/record to subscribe to /odometry"]),
         (
-            [("/controller", COMMAND, "/referee"), ("/sim", OBSTACLES, "/planner")],
-            [],
-            ["/referee"],
-            ["/referee to connect to /controller for /command"]
-            + ["/planner to connect to /sim for /obstacles"],
+            *([("/controller", COMMAND, "/referee"), ("/sim", OBSTACLES, "/planner")], []),
+            *(["/referee"], ["/referee to connect to /controller for /command", BLIND]),
         ),
         # A killed node is still registered. One to wait for is not ignored.
         ([("/controller", COMMAND, "/referee")], ["/controller"], ["/referee"], []),
         ([("/sim", OBSTACLES, "/planner")], ["/planner"], ["/referee"], []),
-        (
-            [("/planner", PATH, "/referee")],
-            ["/referee"],
-            ["/referee"],
-            ["/referee to connect to /planner for /path"],
-        ),
+        ([("/planner", PATH, "/referee")], ["/referee"], ["/referee"], [DEAF]),
     ],
 )
 def test_each_missing_connection_is_named(closed, dead, nodes, missing):

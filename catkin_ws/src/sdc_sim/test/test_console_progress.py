@@ -1,8 +1,7 @@
 import io
 
-import numpy as np
 import pytest
-from referee_rules import RULES
+from referee_rules import RULES, with_route
 
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.report.console_progress import ConsoleProgress, closing_line, progress_line
@@ -19,8 +18,7 @@ class Full(io.StringIO):
 
 
 def evaluator_at(tick, wall_clock=False):
-    evaluator = Evaluator(RULES)
-    evaluator.set_route(np.column_stack([np.arange(101.0), np.zeros(101)]))
+    evaluator = with_route()
     for number in range(1, tick + 1):
         wall_s = 0.05 * number if wall_clock else None
         evaluator.add("odometry", number * 50_000_000, 0.5 * number, 0.25, 0.0, 10.0, wall_s)

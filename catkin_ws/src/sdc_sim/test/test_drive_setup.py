@@ -28,9 +28,7 @@ def test_without_scenario_and_route_the_town_is_driven_with_the_parameters_of_th
     assert setup.route.length_m == pytest.approx(np.hypot(*np.diff(TOWN, axis=0).T).sum(), rel=0.01)
 
 
-def test_given_route_replaces_that_of_the_scenario_and_is_relative_to_the_working_directory(
-    tmp_path, monkeypatch
-):
+def test_given_route_is_relative_to_the_working_directory(tmp_path, monkeypatch):
     folder = tmp_path / "here"
     folder.mkdir()
     (folder / "road.csv").write_text("x,y\n0,0\n10,0\n20,0\n")
@@ -52,10 +50,8 @@ def test_route_of_another_kind_is_refused():
 
 
 def test_simulation_has_the_obstacles_and_the_start_of_its_scenario(tmp_path):
-    text = (
-        "route: [straight_m: 100]\nstart: {along_m: 20}\nframe: route\n"
-        "obstacles: [{kind: car, at: [50, 0]}]"
-    )
+    text = "route: [straight_m: 100]\nstart: {along_m: 20}\nframe: route\n"
+    text += "obstacles: [{kind: car, at: [50, 0]}]"
     simulation = load_simulation(write(tmp_path, text))
     assert len(simulation.obstacles.states) == 1
     assert simulation.snapshot.state.x_m == pytest.approx(20.0)

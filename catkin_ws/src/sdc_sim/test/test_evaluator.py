@@ -4,35 +4,20 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from referee_rules import RULES
+from referee_rules import RULES, TICK_NS, with_route
 
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.event_file import EventFile
 from sdc_sim.physics.traffic_lights import GREEN, RED
 
-POINTS = np.column_stack([np.arange(101.0), np.zeros(101)])
-TICK_NS = 50_000_000
-
 
 def drive_on(evaluator, first, ticks, speed=10.0, answer=True):
     for tick in range(first, first + ticks):
-        evaluator.add(
-            "odometry",
-            tick * TICK_NS,
-            min(0.05 * speed * tick, 100.0),
-            0.2,
-            0.0,
-            speed if 0.05 * speed * tick < 100.0 else 0.0,
-            100.0 + 0.01 * tick,
-        )
+        x, wall_s = min(0.05 * speed * tick, 100.0), 100.0 + 0.01 * tick
+        now = speed if x < 100.0 else 0.0
+        evaluator.add("odometry", tick * TICK_NS, x, 0.2, 0.0, now, wall_s)
         if answer:
             evaluator.add("command", tick * TICK_NS, 0.001 * tick, 0.0, -0.1)
-
-
-def with_route(event_file=None):
-    evaluator = Evaluator(RULES, event_file)
-    evaluator.set_route(POINTS)
-    return evaluator
 
 
 def test_metrics_of_a_complete_drive():
@@ -54,8 +39,7 @@ def test_metrics_of_a_complete_drive():
 
 def test_new_mission_continues_the_drive_along_both():
     """The car drives 50 m of a straight, and then a mission that turns left there."""
-    evaluator = Evaluator(RULES._replace(new_missions=True))
-    evaluator.set_route(POINTS)
+    evaluator = with_route(rules=RULES._replace(new_missions=True))
     drive_on(evaluator, 1, 100)
     turn = [(50.0 + x, 0.0) for x in range(5)] + [(54.0, float(y)) for y in range(1, 31)]
     for _ in range(2):
@@ -93,7 +77,7 @@ def test_evaluator_keeps_events_that_arrive_before_the_route():
     for each in (early, evaluator):
         drive_on(each, 1, 30)
     assert early.missing_topics == ["/planner/mission_waypoints"]
-    early.set_route(POINTS)
+    early.set_route(evaluator.drive.route.points)
     assert early.missing_topics == []
     assert early.result().metrics == evaluator.result().metrics
 
@@ -158,27 +142,15 @@ def test_drive_in_a_file_of_events_is_that_in_memory(tmp_path, request, max_byte
     np.testing.assert_array_equal(found.planned, expected.planned)
 
 
-def drive_past_a_light(evaluator, shown):
-    """Drive at 10 m/s over a stop line at 50 m, which the car's front reaches in tick 96.
-
-    `shown` returns the light's state at a tick.
-    """
+@pytest.mark.parametrize(("red", "count"), [(range(97, 300), 0), (range(96, 97), 1)])
+@pytest.mark.parametrize("kept", [False, True])
+def test_red_light_counts_when_the_front_crosses_the_line(red, count, kept, tmp_path):
+    """At 10 m/s, the car's front reaches the stop line at 50 m in tick 96."""
+    evaluator = with_route(EventFile(str(tmp_path / "events")) if kept else None)
     evaluator.add("stop_lines", [(7, 50.0, 0.0, 1.75)])
     for tick in range(1, 201):
         drive_on(evaluator, tick, 1)
-        evaluator.add("lights", tick * TICK_NS, [(7, shown(tick))])
-    return evaluator
-
-
-@pytest.mark.parametrize(
-    ("red", "count"), [(range(300), 1), (range(96), 0), (range(97, 300), 0), (range(96, 97), 1)]
-)
-@pytest.mark.parametrize("kept", [False, True])
-def test_red_light_counts_when_the_front_crosses_the_line(red, count, kept, tmp_path):
-    evaluator = drive_past_a_light(
-        with_route(EventFile(str(tmp_path / "events")) if kept else None),
-        lambda tick: RED if tick in red else GREEN,
-    )
+        evaluator.add("lights", tick * TICK_NS, [(7, RED if tick in red else GREEN)])
     metrics = evaluator.result().metrics
     assert metrics["infractions"]["red_light"] == count
     assert (metrics["driving_score"] < 99.0) == bool(count)

@@ -4,19 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from referee_rules import RULES
+from referee_rules import RULES, TICK_NS, with_route
 
-from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.physics.traffic_lights import GREEN, RED
-
-POINTS = np.column_stack([np.arange(101.0), np.zeros(101)])
-TICK_NS = 50_000_000
-
-
-def with_route():
-    evaluator = Evaluator(RULES)
-    evaluator.set_route(POINTS)
-    return evaluator
 
 
 def drive_on(evaluator, first, last, speed=1.0):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.image import imread
-from referee_rules import RULES
+from referee_rules import RULES, TICK_NS
 
 from sdc_sim.evaluation.drive_evaluation import COLUMNS
 from sdc_sim.evaluation.evaluator import Evaluator
@@ -25,17 +25,11 @@ def driven(ticks, commands=True, rules=RULES):
     evaluator.set_route(np.column_stack([60.0 * np.sin(angle), 60.0 - 60.0 * np.cos(angle)]))
     for tick in range(ticks):
         turned = 0.25 * tick / 60.0
-        evaluator.add(
-            "odometry",
-            tick * 50_000_000,
-            60.1 * np.sin(turned),
-            60.0 - 60.1 * np.cos(turned),
-            turned,
-            5.0,
-        )
+        x, y = 60.1 * np.sin(turned), 60.0 - 60.1 * np.cos(turned)
+        evaluator.add("odometry", tick * TICK_NS, x, y, turned, 5.0)
         evaluator.add("planned", 5.2)
         if commands:
-            evaluator.add("command", tick * 50_000_000, 0.3, 0.0, -0.1)
+            evaluator.add("command", tick * TICK_NS, 0.3, 0.0, -0.1)
     return evaluator
 
 
@@ -75,13 +69,8 @@ def test_page_needs_no_other_file(tmp_path):
     ids = re.findall(r' id="([^"]*)"', text)
     assert len(ids) == len(set(ids)), "the ids of the two drawings differ"
     assert {link[1:] for link in links if link.startswith("#")} <= set(ids)
-    for part in (
-        "ran a red light",
-        "hit an object",
-        "cross_track_p95_m",
-        "<h2>Camera</h2>",
-        "25 % of the route",
-    ):
+    parts = "ran a red light", "hit an object", "cross_track_p95_m", "<h2>Camera</h2>"
+    for part in (*parts, "25 % of the route"):
         assert part in text
 
 
@@ -113,7 +102,7 @@ def test_short_drives_are_drawn(tmp_path, ticks):
 def test_drive_whose_commands_were_all_refused_has_a_page_that_says_so(tmp_path, command):
     evaluator = driven(20, commands=False)
     for tick in range(20):
-        evaluator.add("command", tick * 50_000_000, *command)
+        evaluator.add("command", tick * TICK_NS, *command)
     result = evaluator.result()
     write_png(str(tmp_path / "report.png"), result)
     assert "20 commands were refused" in page_of(result, tmp_path)

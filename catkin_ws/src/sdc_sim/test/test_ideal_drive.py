@@ -52,10 +52,8 @@ def test_times_up_to_a_place_include_a_standing_start():
 @pytest.mark.parametrize(
     ("s_m", "least_s"),
     [
-        ([0.0, 50.0, 100.0], DURATION_S),
-        ([20.0, 50.0, 100.0], DURATION_S - 2.0),
-        ([0.0, 50.0, 80.0], DURATION_S - 2.0),
-        ([0.0, 80.0, 50.0], DURATION_S - 2.0),
+        *(([0.0, 50.0, 100.0], DURATION_S), ([20.0, 50.0, 100.0], DURATION_S - 2.0)),
+        *(([0.0, 50.0, 80.0], DURATION_S - 2.0), ([0.0, 80.0, 50.0], DURATION_S - 2.0)),
         ([100.0], 1e-3),
     ],
 )

@@ -63,10 +63,8 @@ def test_line_on_another_lane_or_beyond_the_drive_does_not_count():
 def test_car_that_rolls_back_on_the_line_crosses_it_only_one_time():
     detector = detector_of_one_line()
     detector.update_lights(1, {7: RED})
-    count = sum(
-        detector.update_car(stamp, ROUTE, s)
-        for stamp, s in enumerate((47.0, 48.5, 47.5, 48.5, 47.0, 49.0), start=2)
-    )
+    places = enumerate((47.0, 48.5, 47.5, 48.5, 47.0, 49.0), start=2)
+    count = sum(detector.update_car(stamp, ROUTE, s) for stamp, s in places)
     assert count + detector.update_lights(9, {7: RED}) == 1
 
 
@@ -82,9 +80,8 @@ def test_without_stamps_the_last_state_counts():
 
 
 def test_line_near_a_later_pass_of_the_route_counts_on_the_first_one():
-    there_and_back = Route(
-        [(float(x), 0.0) for x in range(101)] + [(float(x), 1.0) for x in range(100, -1, -1)]
-    )
+    there, back = range(101), range(100, -1, -1)
+    there_and_back = Route([(float(x), 0.0) for x in there] + [(float(x), 1.0) for x in back])
     detector = detector_of_one_line(x=60.0, y=0.8)
     detector.update_lights(0, {7: RED})
     crossed = [detector.update_car(s, there_and_back, float(s)) for s in range(50, 70)]

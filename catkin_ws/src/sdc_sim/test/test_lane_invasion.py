@@ -24,9 +24,8 @@ def crossed(road, poses):
 
 
 def test_driving_in_the_lane_crosses_no_line():
-    assert (
-        crossed(STRAIGHT, [(x, 0.7 * math.sin(0.1 * x)) for x in np.arange(0.0, 290.0, 0.5)]) == []
-    )
+    weaving = [(x, 0.7 * math.sin(0.1 * x)) for x in np.arange(0.0, 290.0, 0.5)]
+    assert crossed(STRAIGHT, weaving) == []
 
 
 @pytest.mark.parametrize(
@@ -47,22 +46,17 @@ def test_repeated_crossing_counts_only_after_leaving_the_line():
 def test_bend_driven_in_its_lane_crosses_no_line(radius_m):
     angle = np.arange(0.0, 1.5 * math.pi, 1.0 / radius_m)
     bend = road_route(radius_m * np.column_stack([np.sin(angle), 1.0 - np.cos(angle)]))
-    poses = [
-        (radius_m * math.sin(a), radius_m * (1.0 - math.cos(a)), a)
-        for a in np.arange(0.1, 4.5, 0.3 / radius_m)
-    ]
-    assert crossed(bend, poses) == []
+    a = np.arange(0.1, 4.5, 0.3 / radius_m)
+    places = radius_m * np.sin(a), radius_m * (1.0 - np.cos(a))
+    assert crossed(bend, np.column_stack([*places, a]).tolist()) == []
 
 
 def test_lines_of_a_crossing_road_do_not_count():
     # The route crosses itself at right angles: east, around, and south across the first stretch.
-    corner = (
-        [(x, 0.0) for x in range(101)]
-        + [(100.0, y) for y in range(1, 51)]
-        + [(x, 50.0) for x in range(99, 49, -1)]
-    )
-    route = np.array(corner + [(50.0, y) for y in range(49, -60, -1)], float)
-    assert crossed(road_route(route), [(x, 0.0) for x in np.arange(5.0, 90.0, 0.5)]) == []
+    route = [(x, 0) for x in range(101)] + [(100, y) for y in range(1, 51)]
+    route += [(x, 50) for x in range(99, 49, -1)] + [(50, y) for y in range(49, -60, -1)]
+    road = road_route(np.array(route, float))
+    assert crossed(road, [(x, 0.0) for x in np.arange(5.0, 90.0, 0.5)]) == []
 
 
 def test_moved_car_crosses_no_line():

@@ -1,26 +1,22 @@
 """Lidars measure the shapes that the camera draws, to within a millimetre."""
 
 import math
-import os
 
 import numpy as np
 import pytest
+from presets import TESLA
 
 from sdc_sim.camera.buildings import building
 from sdc_sim.camera.meshes import table_mesh
 from sdc_sim.physics.obstacles import KINDS, ObstacleState
 from sdc_sim.physics.traffic_lights import TrafficLightState
 from sdc_sim.physics.vehicle import VehicleState
-from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.road.scenery import BLOCK, HOUSE, TREE, Scenery
 from sdc_sim.sensors.lidar import Frusta, PlanarLidar, RoofLidar
 from sdc_sim.sensors.model import Moment, SensorContext, sensor_settings
 
 pytestmark = pytest.mark.slow(3)
 
-TESLA = load_vehicle(
-    os.path.join(os.path.dirname(__file__), "..", "config", "vehicles", "tesla_model3.yaml")
-)
 MILLIMETRE = 1e-3
 ELEVATIONS = np.radians(np.arange(-15.0, 16.0, 2.0))
 
@@ -30,24 +26,13 @@ def rows(*values):
 
 
 def box(x_m, y_m, yaw_rad, length_m, width_m, top_m, bottom_m=0.0):
-    half = [[0.5 * length_m, 0.5 * length_m, 0.5 * width_m, 0.5 * width_m]]
-    return Frusta(
-        np.array([[x_m, y_m]]),
-        *rows(yaw_rad),
-        np.array(half),
-        np.zeros((1, 4)),
-        *rows(bottom_m, top_m),
-    )
+    half = 0.5 * np.array([[length_m, length_m, width_m, width_m]])
+    place = np.array([[x_m, y_m]]), *rows(yaw_rad)
+    return Frusta(*place, half, np.zeros((1, 4)), *rows(bottom_m, top_m))
 
 
 def scenery_of(kind, x_m, y_m, yaw_rad, size_m):
-    return Scenery(
-        np.array([kind]),
-        np.array([[x_m, y_m]]),
-        np.array([yaw_rad]),
-        np.array([size_m]),
-        np.array([3]),
-    )
+    return Scenery(*map(np.array, ([kind], [[x_m, y_m]], [yaw_rad], [size_m], [3])))
 
 
 NOTHING = scenery_of(TREE, 1e6, 0.0, 0.0, (3.0, 3.0, 5.0))

@@ -5,11 +5,7 @@ import math
 import numpy as np
 import pytest
 import rospy
-from carla_msgs.msg import (
-    CarlaCollisionEvent,
-    CarlaLaneInvasionEvent,
-    CarlaWorldInfo,
-)
+from carla_msgs.msg import CarlaCollisionEvent, CarlaLaneInvasionEvent, CarlaWorldInfo
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import Obstacle, ObstacleArray
 
@@ -36,16 +32,11 @@ def held_for(seconds, *keys, control=None):
 @pytest.mark.parametrize(
     "keys, expected",
     [
-        ("", Command()),
-        ("w", Command(throttle=0.4)),
-        ("up", Command(throttle=0.4)),
-        ("s", Command(brake=0.8)),
-        ("down", Command(brake=0.8)),
-        ("a", Command(steer=-0.1)),
-        ("left", Command(steer=-0.1)),
-        ("d", Command(steer=0.1)),
-        ("right", Command(steer=0.1)),
-        ("a right", Command()),
+        *((key, Command(throttle=0.4)) for key in ("w", "up")),
+        *((key, Command(brake=0.8)) for key in ("s", "down")),
+        *((key, Command(steer=-0.1)) for key in ("a", "left")),
+        *((key, Command(steer=0.1)) for key in ("d", "right")),
+        *((keys, Command()) for keys in ("", "a right")),
         ("w d space", Command(throttle=0.4, steer=0.1, hand_brake=True)),
         ("x q escape", Command()),
     ],
@@ -79,13 +70,8 @@ def test_reverse_stays_until_toggled_and_reset_clears_the_command():
 
 @pytest.mark.parametrize(
     "name, value",
-    [
-        ("throttle_per_s", 0.0),
-        ("brake_per_s", math.nan),
-        ("steer_per_s", -1.0),
-        ("steer_return_per_s", math.inf),
-        ("steer_limit", 1.1),
-    ],
+    [("throttle_per_s", 0.0), ("brake_per_s", math.nan), ("steer_per_s", -1.0)]
+    + [("steer_return_per_s", math.inf), ("steer_limit", 1.1)],
 )
 def test_invalid_rate_is_refused_by_name(name, value):
     with pytest.raises(ValueError, match=name):
@@ -135,12 +121,9 @@ def odometry(x=3.0):
 def test_panel_shows_the_newest_values_and_a_dash_for_unknown_ones():
     clock = Clock()
     state = DriveState(3.0, clock)
-    assert dict(hud.lines(state.readings(is_manual=False, client_fps=30.0))) == {
-        **dict.fromkeys(("Map", "Time", "Speed", "Heading", "Location"), "-"),
-        "Server": "0 FPS",
-        "Client": "30 FPS",
-        "Driver": "autopilot",
-    }
+    expected = dict.fromkeys(("Map", "Time", "Speed", "Heading", "Location"), "-")
+    expected.update(Server="0 FPS", Client="30 FPS", Driver="autopilot")
+    assert dict(hud.lines(state.readings(is_manual=False, client_fps=30.0))) == expected
     for _ in range(5):
         state.on_odometry(odometry())
         clock.now_s += 0.05
@@ -148,16 +131,9 @@ def test_panel_shows_the_newest_values_and_a_dash_for_unknown_ones():
         state.on_odometry(odometry(x=math.nan))
     state.on_world_info(CarlaWorldInfo(map_name="Town03"))
     clock.now_s -= 0.05
-    assert dict(hud.lines(state.readings(is_manual=True, client_fps=30.0))) == {
-        "Server": "20 FPS",
-        "Client": "30 FPS",
-        "Map": "Town03",
-        "Time": "0:00:07.0",
-        "Speed": "22 km/h",
-        "Heading": "61\u00b0 NE",
-        "Location": "3.0, 0.0",
-        "Driver": "manual",
-    }
+    expected = {"Server": "20 FPS", "Client": "30 FPS", "Map": "Town03", "Time": "0:00:07.0"}
+    expected.update(Speed="22 km/h", Heading="61\u00b0 NE", Location="3.0, 0.0", Driver="manual")
+    assert dict(hud.lines(state.readings(is_manual=True, client_fps=30.0))) == expected
     clock.now_s += 60.0
     assert state.readings(is_manual=True, client_fps=30.0)["server_fps"] < 0.1
 
@@ -168,11 +144,9 @@ def test_events_become_notices():
     state.on_collision(CarlaCollisionEvent(other_actor_id=9))
     state.on_collision(CarlaCollisionEvent(other_actor_id=8))
     state.on_lane_invasion(CarlaLaneInvasionEvent(crossed_lane_markings=[2, 1, 99]))
-    assert [text for text, _ in state.notices()] == [
-        "Collision with pedestrian",
-        "Collision with actor 8",
-        "Crossed line: broken and other and solid",
-    ]
+    hits = ["Collision with pedestrian", "Collision with actor 8"]
+    lines = "Crossed line: broken and other and solid"
+    assert [text for text, _ in state.notices()] == [*hits, lines]
 
 
 def colour_at(view, picture, point, pose):
@@ -195,11 +169,8 @@ def test_road_path_and_obstacles_are_drawn_at_their_positions(pose):
     assert colour_at(view, plain, (ahead, 0.0), pose) == (78, 76, 74)
     assert min(colour_at(view, plain, (ahead, -1.75), pose)) > 120
     assert colour_at(view, plain, (ahead, -4.0), pose) == GRASS
-    full = view.picture(
-        pose,
-        path=[(x, 0.0, 10.0), (math.nan,) * 3, (ahead + 1.0, 0.0, 10.0), (ahead - 1.0, 0.0, 10.0)],
-        obstacles=[(ahead, -4.0, 0.3, 2.0, 1.0), (math.nan,) * 5],
-    )
+    path = [(at, 0.0, 10.0) for at in (x, math.nan, ahead + 1.0, ahead - 1.0)]
+    full = view.picture(pose, path, [(ahead, -4.0, 0.3, 2.0, 1.0), (math.nan,) * 5])
     blue, green, red = colour_at(view, full, (ahead, 0.0), pose)
     assert green > 150 > max(blue, red)
     assert colour_at(view, full, (ahead, -4.0), pose) == (30, 130, 240)

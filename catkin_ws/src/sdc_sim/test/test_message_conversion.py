@@ -10,6 +10,7 @@ import pytest
 import rospy
 import yaml
 from nav_msgs.msg import Odometry
+from scipy.spatial.transform import Rotation
 from sdc_msgs.msg import BaseWaypoint, LocalPath, Path, Waypoint
 from std_msgs.msg import Header
 
@@ -29,10 +30,7 @@ def test_messages_have_the_md5_sums_of_the_originals(package, name, md5):
 
 
 def test_messages_have_the_fields_of_the_contract():
-    assert (BaseWaypoint.__slots__, BaseWaypoint._slot_types) == (
-        ["x", "y"],
-        ["float32", "float32"],
-    )
+    assert (BaseWaypoint.__slots__, BaseWaypoint._slot_types) == (["x", "y"], ["float32"] * 2)
     assert (Waypoint.__slots__, Waypoint._slot_types) == (["x", "y", "v"], ["float32"] * 3)
     assert (Path.__slots__, LocalPath.__slots__) == (["waypoints"], ["waypoints"])
 
@@ -77,11 +75,7 @@ def test_pose_on_a_slope_has_height_and_pitch_and_the_heading_of_the_observation
     state = VehicleState(yaw_rad=yaw_rad)
     message = odometry_message(state, rospy.Time(7), "ego_vehicle", 3.0, pitch_rad)
     q = message.pose.pose.orientation
-    forward = (
-        1.0 - 2.0 * (q.y * q.y + q.z * q.z),
-        2.0 * (q.x * q.y + q.w * q.z),
-        2.0 * (q.x * q.z - q.w * q.y),
-    )
+    forward = Rotation.from_quat([q.x, q.y, q.z, q.w]).apply((1.0, 0.0, 0.0))
     level = math.cos(pitch_rad)
     down = -math.sin(pitch_rad)
     assert forward == pytest.approx((level * math.cos(yaw_rad), level * math.sin(yaw_rad), down))

@@ -21,6 +21,10 @@ def lane(name, points, left_line, right_line, **more):
     return RoadLane(name, np.array(points, float), 3.5, 10.0, left_line, right_line, **more)
 
 
+_WAYS = (
+    Connection("a", ("x",), "c", "s", line=STOP),
+    *(Connection("b", (), end, turn) for end, turn in (("c", "r"), ("d", "l"))),
+)
 # Two lanes side by side along x, a junction behind them, and a crosswalk at x = 30.
 _STREET = Network(
     "street",
@@ -29,18 +33,7 @@ _STREET = Network(
         lane("b", [(0, 3.5), (50, 3.5)], SOLID, BROKEN, right="a"),
         lane("x", [(50, 0), (70, 0)], "none", "none", junction="j"),
     ],
-    [
-        Junction(
-            "j",
-            "priority",
-            np.array([(50, -12), (70, -12), (70, 12), (50, 12)], float),
-            (
-                Connection("a", ("x",), "c", "s", line=STOP),
-                Connection("b", (), "c", "r"),
-                Connection("b", (), "d", "l"),
-            ),
-        )
-    ],
+    [Junction("j", "priority", np.array([(50, -12), (70, -12), (70, 12), (50, 12)], float), _WAYS)],
     [np.array([(30, -2), (30, 6), (33, 6), (33, -2)], float)],
     bays=[np.array([(5, -1.75), (10, -1.75), (10, -4.25), (5, -4.25)], float)],
     bus_stops=[np.array([(20, -1.75), (28, -1.75), (28, 0), (20, 0)], float)],

@@ -31,10 +31,8 @@ def run(obstacles, seconds, ego=FAR, step_s=0.05, from_s=0.0):
 @pytest.mark.parametrize(
     ("seconds", "x", "y", "yaw", "speed"),
     [
-        (1.0, 0.0, -3.0, math.pi / 2, 2.0),
-        (5.0, 0.0, 5.0, math.pi / 2, 2.0),
-        (6.0, 2.0, 5.0, 0.0, 2.0),
-        (60.0, 4.0, 5.0, 0.0, 0.0),
+        *((1.0, 0.0, -3.0, math.pi / 2, 2.0), (5.0, 0.0, 5.0, math.pi / 2, 2.0)),
+        *((6.0, 2.0, 5.0, 0.0, 2.0), (60.0, 4.0, 5.0, 0.0, 0.0)),
     ],
 )
 def test_obstacle_moves_along_its_path_and_stops_at_the_end(seconds, x, y, yaw, speed):

@@ -19,6 +19,7 @@ from sdc_sim.scenario.packaged import (
 from sdc_sim.scenario.reader import Scenario
 
 SCENARIO = Scenario("/my/drive.yaml")
+NOISE = "unknown parameter 'noise'; did you mean 'noise_m'?"
 KNOWN = "The known ones are: bmw_320i ford_escort snider2009 tesla_model3 vw_vanagon"
 PARAMETERS = {"friction": 0.9, "gnss": {"noise_m": 0.0, "period_s": 0.1}}
 
@@ -41,10 +42,7 @@ def test_options_replace_parameters_and_sections_are_merged():
         ({"xyz": 1}, "options: unknown parameter 'xyz'; remove it"),
         ({7: 1}, "options: unknown parameter '7'; remove it"),
         ({"gnss": 1}, "options: 'gnss' is a section with the parameters noise_m, period_s, got 1"),
-        (
-            {"gnss": {"noise": 1}},
-            "options, section 'gnss': unknown parameter 'noise'; did you mean 'noise_m'?",
-        ),
+        ({"gnss": {"noise": 1}}, f"options, section 'gnss': {NOISE}"),
     ],
 )
 def test_option_that_is_no_parameter_is_refused(options, message):
@@ -85,11 +83,8 @@ def test_sensors_of_a_scenario_are_the_parameters_of_their_file():
 def test_given_settings_are_merged_for_a_sensor_and_replace_every_other_section():
     scenario = replace(SCENARIO, sim={"gnss": {"noise_m": 2.0, "period_s": 1.0}, "start": {"a": 1}})
     given = {"gnss": {"noise_m": 5.0}, "imu": {"period_s": 0.0}, "start": {"b": 2}}
-    assert sim_options(scenario, given) == {
-        "gnss": {"noise_m": 5.0, "period_s": 1.0},
-        "imu": {"period_s": 0.0},
-        "start": {"b": 2},
-    }
+    merged = {"gnss": {"noise_m": 5.0, "period_s": 1.0}}
+    assert sim_options(scenario, given) == {**given, **merged}
     assert sim_options(scenario, {"gnss": 7})["gnss"] == 7
 
 

@@ -61,26 +61,14 @@ def test_daylight_is_the_height_of_the_sun():
 
 def spectator_pose(yaw, pitch_down, frame="hero", z=3.0):
     """Return the pose of a camera with x right, y up, z backward that looks along yaw."""
-    backward = -np.array(
-        [
-            math.cos(yaw) * math.cos(pitch_down),
-            math.sin(yaw) * math.cos(pitch_down),
-            -math.sin(pitch_down),
-        ]
-    )
-    right = np.array([math.sin(yaw), -math.cos(yaw), 0.0])
+    c, s = math.cos(yaw), math.sin(yaw)
+    level, down = math.cos(pitch_down), math.sin(pitch_down)
+    right, backward = np.array([s, -c, 0.0]), np.array([-c * level, -s * level, down])
     rotation = np.column_stack([right, np.cross(backward, right), backward])
-    w = 0.5 * math.sqrt(max(0.0, 1.0 + np.trace(rotation)))
     pose = PoseStamped()
     pose.header.frame_id = frame
     pose.pose.position.x, pose.pose.position.z = -6.0, z
-    q = pose.pose.orientation
-    q.x, q.y, q.z = (
-        (rotation[2, 1] - rotation[1, 2]) / (4 * w),
-        (rotation[0, 2] - rotation[2, 0]) / (4 * w),
-        (rotation[1, 0] - rotation[0, 1]) / (4 * w),
-    )
-    q.w = w
+    pose.pose.orientation = Quaternion(*Rotation.from_matrix(rotation).as_quat())
     return pose
 
 

@@ -1,23 +1,19 @@
 import json
 import os
 
-import numpy as np
 import pytest
-from referee_rules import RULES
+from referee_rules import TICK_NS, with_route
 
-from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.report.writer import ReportError, open_report, write_pages, write_report
 
 
 @pytest.fixture
 def result():
-    evaluator = Evaluator(RULES)
-    evaluator.set_route(np.column_stack([np.arange(11.0), np.zeros(11)]))
+    evaluator = with_route(length_m=10)
     for tick in range(101):
-        evaluator.add(
-            "odometry", tick * 50_000_000, tick * 0.1, 0.1, 0.0, 2.0 if tick < 100 else 0.0
-        )
-        evaluator.add("command", tick * 50_000_000, 0.5, 0.0, -0.25)
+        speed = 2.0 if tick < 100 else 0.0
+        evaluator.add("odometry", tick * TICK_NS, tick * 0.1, 0.1, 0.0, speed)
+        evaluator.add("command", tick * TICK_NS, 0.5, 0.0, -0.25)
     return evaluator.result()
 
 
@@ -31,10 +27,8 @@ def test_report_holds_metrics_and_trace(tmp_path, result):
         assert json.load(file)["status"] == "completed"
     rows = (tmp_path / "new" / "report.csv").read_text().splitlines()
     assert len(rows) == 102
-    assert rows[0] == (
-        "time_s,x_m,y_m,yaw_rad,speed_mps,s_m,cross_track_m,heading_error_rad,throttle,brake,steer,"
-        "reason"
-    )
+    motion = "time_s,x_m,y_m,yaw_rad,speed_mps,s_m,cross_track_m,heading_error_rad"
+    assert rows[0] == motion + ",throttle,brake,steer,reason"
     assert float(rows[-1].split(",")[1]) == result.progress.samples[-1].x_m
     assert rows[-1].split(",")[8:] == ["0.5", "0.0", "-0.25", ""]
 

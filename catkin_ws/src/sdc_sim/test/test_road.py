@@ -19,11 +19,8 @@ def along(road):
 
 def test_lines_of_a_straight_road_lie_at_their_offsets():
     road = Road([[0.0, 0.0], [0.0, 100.0]])
-    for offset, x in (
-        (road.right_edge_m, 1.75),
-        (road.centre_line_m, -1.75),
-        (road.left_edge_m, -5.25),
-    ):
+    offsets_m = road.right_edge_m, road.centre_line_m, road.left_edge_m
+    for offset, x in zip(offsets_m, (1.75, -1.75, -5.25)):
         points, seen = lane_points(road, offset, along(road))
         assert seen.all()
         assert np.allclose(points[:, 0], x, atol=1e-9)
@@ -72,17 +69,15 @@ def test_edges_are_hidden_on_the_other_pass_of_a_crossing():
 def test_road_is_between_its_edges():
     road = Road(CROSSING)
     straight, left = road.at([20.0, 30.0])
-    assert (
-        road.on_road(straight + 5.2 * left).all() and not road.on_road(straight + 5.4 * left).any()
-    )
+    assert road.on_road(straight + 5.2 * left).all()
+    assert not road.on_road(straight + 5.4 * left).any()
     assert road.between(straight + 1.9 * left, 1.9 - 1e-6, 1.9 + 1e-6).all()
 
 
 def test_noise_does_not_turn_the_road():
     rng = np.random.RandomState(1)
-    noisy = np.column_stack([np.arange(0.0, 200.0, 0.1), np.zeros(2000)]) + rng.normal(
-        0.0, 0.03, (2000, 2)
-    )
+    noisy = np.column_stack([np.arange(0.0, 200.0, 0.1), np.zeros(2000)])
+    noisy += rng.normal(0.0, 0.03, (2000, 2))
     back_and_forth = np.repeat(noisy, 2, axis=0)
     back_and_forth[1::2, 0] -= 0.08
     road = Road(back_and_forth)
@@ -90,12 +85,12 @@ def test_noise_does_not_turn_the_road():
     assert np.ptp(lane_points(road, road.left_edge_m, along(road))[0][:, 1]) < 1.2
 
 
+LAPS = np.arange(31400) / 50.0
 ROUTES = {
     "two points": [[0.0, 0.0], [25.0, 10.0]],
     "very short": [[0.0, 0.0], [0.3, 0.0]],
     "100,000 points": np.column_stack([np.arange(1e5), 300.0 * np.sin(np.arange(1e5) / 300.0)]),
-    "100 laps": 50.0
-    * np.column_stack([np.cos(np.arange(31400) / 50.0), np.sin(np.arange(31400) / 50.0)]),
+    "100 laps": 50.0 * np.column_stack([np.cos(LAPS), np.sin(LAPS)]),
     "random walk": np.cumsum(np.random.RandomState(0).normal(size=(3000, 2)), axis=0),
     "there and back": [[0.0, 0.0], [50.0, 0.0], [0.0, 0.0]],
     "far away": [[1e6, -1e6], [1e6 + 300.0, -1e6]],
@@ -121,14 +116,12 @@ def test_any_route_gives_a_finite_road_with_unit_normals(name):
 def test_scenery_is_off_every_pass_of_the_road_and_repeatable(name):
     road = Road(ROUTES[name])
     scenery, again = road.scenery(3), Road(ROUTES[name]).scenery(3)
-    assert np.array_equal(scenery.position_m, again.position_m) and np.array_equal(
-        scenery.variant, again.variant
-    )
+    assert np.array_equal(scenery.position_m, again.position_m)
+    assert np.array_equal(scenery.variant, again.variant)
     if name != "random walk":
         assert len(scenery) > 5
-    for kind, position, yaw, size in zip(
-        scenery.kind, scenery.position_m, scenery.yaw_rad, scenery.size_m
-    ):
+    rows = zip(scenery.kind, scenery.position_m, scenery.yaw_rad, scenery.size_m)
+    for kind, position, yaw, size in rows:
         half = 0.5 * size[:2] if kind else np.array([0.4, 0.4])
         u, v = (grid.ravel() for grid in np.meshgrid(np.linspace(-1, 1, 9), np.linspace(-1, 1, 9)))
         c, s = np.cos(yaw), np.sin(yaw)
@@ -140,12 +133,8 @@ def test_scenery_is_off_every_pass_of_the_road_and_repeatable(name):
 @pytest.mark.parametrize(
     "bad",
     [
-        [],
-        [[0.0, 0.0]],
-        [[0.0, 0.0], [0.0, 0.0]],
-        [[0.0, np.nan], [1.0, 1.0]],
-        [[0.0, 0.0], [np.inf, 1.0]],
-        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
+        *([], [[0.0, 0.0]], [[0.0, 0.0], [0.0, 0.0]], [[0.0, np.nan], [1.0, 1.0]]),
+        *([[0.0, 0.0], [np.inf, 1.0]], [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]),
     ],
 )
 def test_route_without_a_direction_is_refused(bad):

@@ -2,8 +2,6 @@ import numpy as np
 
 from sdc_sim.road.road_markings import speed_colours
 
-STRAIGHT = np.column_stack([np.arange(0.0, 101.0), np.zeros(101)])
-
 
 def test_colours_run_from_red_over_yellow_to_green():
     red, half, green, beyond = speed_colours([0.0, 5.0, 10.0, 30.0], 10.0)

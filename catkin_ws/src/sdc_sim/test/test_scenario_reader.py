@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from functools import partial
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_common.validation import DocumentError
 from sdc_sim.physics.obstacles import Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLightPlan, light_states
+from sdc_sim.scenario.packaged import find_route
 from sdc_sim.scenario.reader import load_scenario
 from sdc_sim.scenario.traffic import load_traffic
 from sdc_testing.street_maps import needs_maps, town
@@ -50,9 +52,7 @@ def test_points_in_route_frame_are_distances_along_and_left_of_the_route(tmp_pat
 
 
 def test_packaged_obstacle_files_are_valid():
-    route = Route(
-        load_waypoints(os.path.join(HERE, "..", "..", "sdc_common", "data", "waypoints.csv"))
-    )
+    route = Route(load_waypoints(find_route("", "town")))
     names = os.listdir(EXAMPLES)
     assert names
     for name in names:
@@ -92,23 +92,15 @@ def test_all_keys_of_a_scenario_are_read(tmp_path):
     assert (scenario.path, scenario.about) == (path, "a bit of everything")
     assert scenario.vehicle == "bmw_320i"
     assert (scenario.camera, scenario.sync) == (True, False)
-    assert scenario.route == [
-        {"straight_m": 50.0},
-        {"right_deg": 90.0, "radius_m": 12.0, "transition_m": 6.0},
-    ]
-    assert scenario.sim == {
-        "seed": 7,
-        "friction": 0.6,
-        "odometry_noise": {"position_m": 0.05},
-        "start": {"left_m": 2.0, "turned_rad": -1.0},
-    }
+    bend = {"right_deg": 90.0, "radius_m": 12.0, "transition_m": 6.0}
+    assert scenario.route == [{"straight_m": 50.0}, bend]
+    start = {"left_m": 2.0, "turned_rad": -1.0}
+    noise = {"position_m": 0.05}
+    assert scenario.sim == {"seed": 7, "friction": 0.6, "odometry_noise": noise, "start": start}
     assert isinstance(scenario.sim["seed"], int)
-    assert scenario.limits == {
-        "status": "collision",
-        "at_most": {"cross_track_max_m": 0.5, "infractions": 1.0},
-        "at_least": {"red_light": 1.0},
-        "stops": [{"at_m": 27, "within_m": 1}],
-    }
+    limits = {"at_most": {"cross_track_max_m": 0.5, "infractions": 1.0}, "status": "collision"}
+    limits.update(at_least={"red_light": 1.0}, stops=[{"at_m": 27, "within_m": 1}])
+    assert scenario.limits == limits
     light = TrafficLightPlan(30.0, 0.0, 0.0, (("red", 5.0), ("green", 10.5)), 2.0)
     assert load_traffic(path, ROUTE) == ([], [light])
 
@@ -116,10 +108,7 @@ def test_all_keys_of_a_scenario_are_read(tmp_path):
 @pytest.mark.parametrize("mistake", MISTAKES, ids=lambda mistake: mistake["message"])
 def test_error_names_line_and_fix_of_each_mistake(tmp_path, mistake):
     path = write(tmp_path, mistake["text"])
-    read = {
-        "scenario": load_scenario,
-        "traffic": lambda path: load_traffic(path, ROUTE),
-    }[mistake["read"]]
+    read = load_scenario if mistake["read"] == "scenario" else partial(load_traffic, route=ROUTE)
     with pytest.raises(DocumentError) as refusal:
         read(path)
     error = str(refusal.value)
@@ -153,19 +142,8 @@ def test_points_in_map_frame_are_map_coordinates(tmp_path):
 
 # Pieces of a scenario that are replaced by others, of wrong types, keys, nesting and tags.
 PIECES = st.sampled_from(
-    [
-        *"abr019[]{}:,-&*!#.\n",
-        "- ",
-        ".nan",
-        "1e999",
-        "null",
-        "route",
-        "map",
-        "kind: car",
-        "&a",
-        "*a",
-    ]
-    + ["!!python/object/apply:os.getpid []", "!radians 1", "obstacles:", "lights: [7]"]
+    [*"abr019[]{}:,-&*!#.\n", "- ", ".nan", "1e999", "null", "route", "map", "kind: car"]
+    + ["&a", "*a", "!!python/object/apply:os.getpid []", "!radians 1", "obstacles:", "lights: [7]"]
 )
 
 

@@ -14,6 +14,8 @@ from sdc_sim.runner import CheckedDrive, main, prepare
 from sdc_sim.scenario.packaged import folder_of
 from sdc_sim.scenario.reader import load_scenario
 
+SHORT = "route: [straight_m: 30]\n"
+
 
 def write(tmp_path, text):
     path = tmp_path / "mine.yaml"
@@ -26,29 +28,19 @@ def arguments(tmp_path, text, **given):
 
 
 def test_each_key_of_a_scenario_reaches_its_argument(tmp_path):
-    got = arguments(
-        tmp_path,
-        "route: town\nvehicle: bmw_320i\nfriction: 0.5\nstart: {left_m: 1}",
-    )
+    text = "route: town\nvehicle: bmw_320i\nfriction: 0.5\nstart: {left_m: 1}"
+    got = arguments(tmp_path, text)
     assert got["obstacles_path"] == str(tmp_path / "mine.yaml")
     assert got["waypoints_path"] == os.path.join(folder_of("route"), "waypoints.csv")
-    assert yaml.safe_load(got["sim_options"]) == {
-        "friction": 0.5,
-        "start": {"left_m": 1.0},
-        "vehicle": "bmw_320i",
-    }
+    options = {"friction": 0.5, "start": {"left_m": 1.0}, "vehicle": "bmw_320i"}
+    assert yaml.safe_load(got["sim_options"]) == options
 
 
 def test_given_arguments_override_and_options_are_merged(tmp_path):
     mine = str(tmp_path / "my.csv")
     (tmp_path / "my.csv").write_text("0,0\n50,0\n")
-    got = arguments(
-        tmp_path,
-        "route: town\nfriction: 0.5\nseed: 3",
-        waypoints_path=mine,
-        rviz="true",
-        sim_options="{friction: 0.9}",
-    )
+    given = {"waypoints_path": mine, "rviz": "true", "sim_options": "{friction: 0.9}"}
+    got = arguments(tmp_path, "route: town\nfriction: 0.5\nseed: 3", **given)
     assert (got["waypoints_path"], got["rviz"]) == (mine, "true")
     assert yaml.safe_load(got["sim_options"]) == {"friction": 0.9, "seed": 3}
 
@@ -77,11 +69,8 @@ def command(monkeypatch, capsys):
     [
         ("route: nowhere.csv", ["nowhere.csv"]),
         ("obstacles: []", ["'frame' is missing"]),
-        (
-            "route: [straight_m: 30]\nlights:\n  - {stop_line_m: 40, phases: [red: 1]}",
-            ["line 3", "40 m along"],
-        ),
-        ("route: [straight_m: 30]\nstart: {along_m: 31}", ["31 m along"]),
+        (f"{SHORT}lights:\n  - {{stop_line_m: 40, phases: [red: 1]}}", ["line 3", "40 m along"]),
+        (f"{SHORT}start: {{along_m: 31}}", ["31 m along"]),
     ],
 )
 def test_error_of_a_scenario_that_cannot_be_driven_is_one_line(command, tmp_path, text, parts):
@@ -97,13 +86,9 @@ def test_arguments_are_printed_one_per_line_and_options_last(command, tmp_path):
     given = ["--screen", "rviz:=true", "sim_options:={vehicle: a:=b}"]
     status, output, errors = command("arguments", path, str(tmp_path / "report.json"), *given)
     assert (status, errors) == (0, "")
-    assert output.splitlines() == [
-        f"obstacles_path:={path}",
-        "waypoints_path:=" + folder_of("route") + "/waypoints.csv",
-        "rviz:=true",
-        "sim_options:={seed: 3, vehicle: 'a:=b'}",
-        "--screen",
-    ]
+    paths = [f"obstacles_path:={path}", f"waypoints_path:={folder_of('route')}/waypoints.csv"]
+    options = ["rviz:=true", "sim_options:={seed: 3, vehicle: 'a:=b'}", "--screen"]
+    assert output.splitlines() == paths + options
 
 
 @pytest.mark.parametrize("options", ["7", "{friction", "[1]"])
@@ -129,16 +114,10 @@ def test_drive_gets_the_arguments_of_its_scenario(tmp_path):
     text = "route: town\ncamera: false\nsync: false\nlimits: {at_most: {missed_ticks: 3}}"
     path, report = write(tmp_path, text), str(tmp_path / "found" / "report.json")
     drive = CheckedDrive(path, report, {"rviz": "true", "headless": "false"})
-    assert drive.arguments == {
-        "sync": "false",
-        "camera": "false",
-        "obstacles_path": path,
-        "waypoints_path": os.path.join(folder_of("route"), "waypoints.csv"),
-        "rviz": "true",
-        "sim_options": "{}",
-        "headless": "true",
-        "report": report,
-    }
+    expected = {"sync": "false", "camera": "false", "rviz": "true", "headless": "true"}
+    expected.update(obstacles_path=path, sim_options="{}", report=report)
+    expected["waypoints_path"] = os.path.join(folder_of("route"), "waypoints.csv")
+    assert drive.arguments == expected
     assert (drive.limits["at_most"], drive.environment) == ({"missed_ticks": 3.0}, os.environ)
     assert drive.log_path == str(tmp_path / "found" / "report.log")
     assert os.listdir(tmp_path / "found") == []

@@ -1,35 +1,28 @@
 """Several cars in one world: what they see, how they meet, and no influence of their order."""
 
 import math
-import os
 
 import pytest
+from presets import TESLA
 
 from sdc_common.driving import Command
 from sdc_sim.physics.vehicle import Vehicle
-from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.scenario.drive_setup import drive_setup
 from sdc_sim.sensors.errors import OdometryNoise
 from sdc_sim.simulation.shared_world import SharedWorld
 from sdc_sim.simulation.simulation import OccupiedError, Simulation
 
-TESLA = os.path.join(os.path.dirname(__file__), "..", "config", "vehicles", "tesla_model3.yaml")
 STRAIGHT = [{"straight_m": 120}]
 
 
 def world_of(end_m=None, **places):
     """Return a world of cars at poses (x, y, yaw)."""
-    cars = {
-        name: Simulation(
-            Vehicle(load_vehicle(TESLA)),
-            0.05,
-            0.0,
-            start=pose,
-            noise=OdometryNoise(len(name), position_m=0.1),
-        )
-        for name, pose in places.items()
-    }
-    return SharedWorld(cars, end_m)
+
+    def car(name, pose):
+        noise = OdometryNoise(len(name), position_m=0.1)
+        return Simulation(Vehicle(TESLA), 0.05, 0.0, start=pose, noise=noise)
+
+    return SharedWorld({name: car(name, pose) for name, pose in places.items()}, end_m)
 
 
 def driven(world, commands, ticks):
@@ -88,27 +81,20 @@ def test_order_of_the_cars_changes_nothing_but_their_ids():
     # Two cars hit the one between them at the same time.
     places = {"a": (-15.0, 0.0, 0.0), "bb": (0.0, 0.0, 0.0), "ccc": (15.0, 0.0, math.pi)}
     places["dddd"] = (5.0, -9.0, 1.2)
-    commands = {
-        "a": Command(throttle=1.0),
-        "ccc": Command(throttle=1.0),
-        "dddd": Command(steer=1.0),
-    }
+    fast = Command(throttle=1.0)
+    commands = {"a": fast, "ccc": fast, "dddd": Command(steer=1.0)}
 
     def outcome(names):
         world = world_of(**{name: places[name] for name in names})
         name_of = dict(enumerate(names, 1))
-        rows = {}
-        for name, snapshots in driven(world, commands, 100).items():
-            rows[name] = [
-                (
-                    one.state,
-                    one.measured,
-                    sorted((name_of[other.id], *other[1:]) for other in one.obstacles),
-                    [(name_of[event.id], *event[1:]) for event in one.collisions],
-                )
-                for one in snapshots
-            ]
-        return rows
+
+        def row(one):
+            others = sorted((name_of[other.id], *other[1:]) for other in one.obstacles)
+            events = [(name_of[event.id], *event[1:]) for event in one.collisions]
+            return one.state, one.measured, others, events
+
+        trace = driven(world, commands, 100)
+        return {name: [*map(row, snapshots)] for name, snapshots in trace.items()}
 
     expected = outcome(["a", "bb", "ccc", "dddd"])
     assert sum(len(row[3]) for rows in expected.values() for row in rows) >= 2

@@ -11,14 +11,9 @@ from sdc_sim.ros import simulation_setup
 from sdc_sim.ros.simulation_setup import SimulationSetup
 from sdc_sim.scenario.packaged import folder_of
 
-GIVEN = {
-    "vehicles_folder": folder_of("vehicle"),
-    "waypoints_path": os.path.join(folder_of("route"), "waypoints.csv"),
-    "obstacles_path": "",
-    "sync": False,
-    "camera": False,
-    "picture_feed": "",
-}
+TOWN = os.path.join(folder_of("route"), "waypoints.csv")
+GIVEN = {"vehicles_folder": folder_of("vehicle"), "waypoints_path": TOWN, "obstacles_path": ""}
+GIVEN.update(sync=False, camera=False, picture_feed="")
 
 
 class Refused(Exception):

@@ -141,9 +141,7 @@ def test_right_of_way_is_that_of_who_arrives_soon(networks, late, arrives_s, exp
 @pytest.mark.parametrize(
     ("gap_m", "side_m", "speed_mps", "expected"),
     [
-        (9.9, 0.0, 0.0, ["near_miss"]),
-        (10.1, 0.0, 0.0, []),
-        (9.9, 3.2, 0.0, []),
+        *((9.9, 0.0, 0.0, ["near_miss"]), (10.1, 0.0, 0.0, []), (9.9, 3.2, 0.0, [])),
         (9.9, 0.0, 10.0, []),
     ],
 )
@@ -193,11 +191,8 @@ def test_crosswalk_counts_once_for_a_pedestrian(networks, x, yaw, speed_mps, y, 
 @pytest.mark.parametrize(
     ("gap_m", "y", "speed_mps", "duration_s", "expected"),
     [
-        (9.5, -1.6, 10.0, 8.0, 1),
-        (9.5, -1.6, 10.0, 3.0, 0),
-        (10.5, -1.6, 10.0, 8.0, 0),
-        (9.5, -4.8, 10.0, 8.0, 0),
-        (4.0, -1.6, 4.9, 8.0, 0),
+        *((9.5, -1.6, 10.0, 8.0, 1), (9.5, -1.6, 10.0, 3.0, 0), (10.5, -1.6, 10.0, 8.0, 0)),
+        *((9.5, -4.8, 10.0, 8.0, 0), (4.0, -1.6, 4.9, 8.0, 0)),
     ],
 )
 def test_distance_counts_after_three_seconds(networks, gap_m, y, speed_mps, duration_s, expected):

@@ -7,17 +7,14 @@ import json
 import numpy as np
 import pytest
 from PIL import Image as Picture
-from referee_rules import RULES
+from referee_rules import TICK_NS, with_route
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 from sdc_common.planning.stop_line import GREEN, RED
 from sdc_sim.evaluation.drive_evaluation import OBSTACLES, PATH, PICTURE
-from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.report.html_page import slider_data, write_html
 from sdc_testing.chromium import headless_chromium, resize
-
-TICK_NS = 50_000_000
 
 
 def jpeg(level):
@@ -28,8 +25,7 @@ def jpeg(level):
 
 def driven(ticks=200):
     """Return a drive with 100 ticks at 10 m/s and then behind an obstacle; the light is red."""
-    evaluator = Evaluator(RULES)
-    evaluator.set_route(np.column_stack([np.arange(301.0), np.zeros(301)]))
+    evaluator = with_route(length_m=300)
     evaluator.add("stop_lines", [(7, 150.0, 0.0, 1.75)])
     for tick in range(1, ticks + 1):
         evaluator.add("odometry", tick * TICK_NS, 0.5 * tick, 0.25, 0.0, 10.0)
@@ -49,10 +45,8 @@ def driven(ticks=200):
 
 
 def columns_of(data):
-    return {
-        name: np.frombuffer(base64.b64decode(packed), "<f4")
-        for name, packed in data["ticks"].items()
-    }
+    packed = data["ticks"].items()
+    return {name: np.frombuffer(base64.b64decode(one), "<f4") for name, one in packed}
 
 
 def test_data_hold_every_tick_and_what_was_around_the_car():
@@ -71,8 +65,7 @@ def test_data_hold_every_tick_and_what_was_around_the_car():
 
 
 def test_drive_of_a_stack_that_publishes_nothing_has_data_too():
-    evaluator = Evaluator(RULES)
-    evaluator.set_route([(0.0, 0.0), (50.0, 0.0)])
+    evaluator = with_route()
     evaluator.add("odometry", TICK_NS, 0.0, 0.0, 0.0, 0.0)
     data = json.loads(slider_data(evaluator.result()))
     columns = columns_of(data)

@@ -3,6 +3,7 @@
 import importlib
 import math
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -37,11 +38,8 @@ def _network(path):
 
 def car_on(network, lane, s_m):
     """Return a car on a lane, by its centre."""
-    (x_m, y_m), yaw = (
-        network.lanes[lane].at(np.array([s_m]))[0],
-        network.lanes[lane].heading_at(s_m),
-    )
-    return Rectangle(float(x_m), float(y_m), yaw, 4.7, 2.0)
+    (x_m, y_m), lane = network.lanes[lane].at(np.array([s_m]))[0].tolist(), network.lanes[lane]
+    return Rectangle(x_m, y_m, lane.heading_at(s_m), 4.7, 2.0)
 
 
 def start(path, network, count=20, seed=1, mission=("a_0", "b_0")):
@@ -184,12 +182,9 @@ def test_one_that_is_held_stops_and_drives_on(path, network):
 
 @pytest.mark.parametrize("kind", ["static", "actuated"])
 def test_lights_have_the_colours_of_sumo_at_each_tick(path, tmp_path, kind):
-    with open(path, encoding="utf-8") as file:
-        text = file.read().replace(
-            'type="static" programID="0" offset="0"', f'type="{kind}" programID="0" offset="7"'
-        )
+    old, new = (f'type="{one}" programID="0" offset="{s}"' for one, s in (("static", 0), (kind, 7)))
     shifted = tmp_path / "shifted.net.xml"
-    shifted.write_text(text, encoding="utf-8")
+    shifted.write_text(Path(path).read_text("utf-8").replace(old, new), encoding="utf-8")
     network, plans = load_network(str(shifted)), lights.of_map(str(shifted))
     junction = network.junctions["light"]
     traffic, ego = start(str(shifted), network, 0), car_on(network, "a_0", 60.0)
@@ -200,11 +195,9 @@ def test_lights_have_the_colours_of_sumo_at_each_tick(path, tmp_path, kind):
         letters = libsumo.trafficlight.getRedYellowGreenState("light")
         seen.add(letters)
         for plan in plans if tick % 7 == 0 else ():
-            signals = {
-                one.signal
-                for one in junction.connections
-                if math.dist(network.lanes[one.start].points_m[-1], (plan.x_m, plan.y_m)) < 0.01
-            }
+            place, ways = (plan.x_m, plan.y_m), junction.connections
+            ends = ((one, network.lanes[one.start].points_m[-1]) for one in ways)
+            signals = {one.signal for one, end in ends if math.dist(end, place) < 0.01}
             colours = {COLOUR_OF[letters[one]] for one in signals}
             assert COLOURS[plan.state(tick * TICK_S)] in colours, (tick, plan)
         traffic.advance(ego, 0.0, True, FREE)

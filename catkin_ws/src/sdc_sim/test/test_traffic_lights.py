@@ -20,16 +20,8 @@ PHASES = (("red", 2.0), ("green", 1.0), ("yellow", 0.5), ("off", 0.5))
 
 @pytest.mark.parametrize(
     ("elapsed_s", "state"),
-    [
-        (0.0, RED),
-        (1.95, RED),
-        (2.0, GREEN),
-        (2.95, GREEN),
-        (3.0, YELLOW),
-        (3.5, OFF),
-        (4.0, RED),
-        (282.0, GREEN),
-    ],
+    [*((0.0, RED), (1.95, RED), (2.0, GREEN), (2.95, GREEN), (3.0, YELLOW), (3.5, OFF))]
+    + [(4.0, RED), (282.0, GREEN)],
 )
 def test_phases_follow_each_other_and_repeat(elapsed_s, state):
     assert TrafficLightPlan(0.0, 0.0, 0.0, PHASES).state(elapsed_s) == state
@@ -50,12 +42,7 @@ def test_offset_is_the_position_in_the_phases_at_the_start(offset_s, state):
 
 @pytest.mark.parametrize(
     ("heading_deg", "x_m", "y_m"),
-    [
-        (0.0, 10.0 + 4.0, 20.0 - 2.7),
-        (90.0, 10.0 + 2.7, 20.0 + 4.0),
-        (180.0, 10.0 - 4.0, 20.0 + 2.7),
-        (-90.0, 10.0 - 2.7, 20.0 - 4.0),
-    ],
+    [(0.0, 14.0, 17.3), (90.0, 12.7, 24.0), (180.0, 6.0, 22.7), (-90.0, 7.3, 16.0)],
 )
 def test_pole_is_beyond_the_stop_line_and_to_the_right(heading_deg, x_m, y_m):
     plan = TrafficLightPlan(10.0, 20.0, math.radians(heading_deg), PHASES)
@@ -65,11 +52,8 @@ def test_pole_is_beyond_the_stop_line_and_to_the_right(heading_deg, x_m, y_m):
 
 
 def test_every_light_has_its_own_id_place_and_phases():
-    plans = [
-        TrafficLightPlan(50.0, 0.0, 0.0, PHASES),
-        TrafficLightPlan(0.0, 30.0, math.pi, (("yellow", 1.0), ("green", 1.0))),
-    ]
-    first, second = light_states(plans, 1.5)
+    other = TrafficLightPlan(0.0, 30.0, math.pi, (("yellow", 1.0), ("green", 1.0)))
+    first, second = light_states([TrafficLightPlan(50.0, 0.0, 0.0, PHASES), other], 1.5)
     assert first[:5] == (FIRST_ID, 54.0, -2.7, 0.0, RED)
     assert second[:4] == pytest.approx((FIRST_ID + 1, -4.0, 32.7, math.pi), abs=1e-9)
     assert second.state == GREEN

@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
-import os
 
 import pytest
+from presets import preset
 
 from sdc_sim.physics.vehicle_dynamics import MotionConstants, derivatives, tyre_forces
-from sdc_sim.physics.vehicle_parameters import load_vehicle
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-CAR = dataclasses.replace(
-    load_vehicle(os.path.join(HERE, "..", "config", "vehicles", "tesla_model3.yaml")),
-    front_axle_m=1.2,
-    rear_axle_m=1.8,
-)
+CAR = preset(front_axle_m=1.2, rear_axle_m=1.8)
 WEIGHT_N = 1845.0 * 9.81
 # Straight wheels, no forces of the driver.
 COASTING = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
 import pytest
+from presets import TESLA
 
 from sdc_sim.physics.vehicle_dynamics import MotionConstants
 from sdc_sim.physics.vehicle_motion import integrate
-from sdc_sim.physics.vehicle_parameters import load_vehicle
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-CAR = load_vehicle(os.path.join(HERE, "..", "config", "vehicles", "tesla_model3.yaml"))
-MOTION = MotionConstants.of(CAR, 1.0, 0.0)
+MOTION = MotionConstants.of(TESLA, 1.0, 0.0)
 
 
 def changed(**values):
@@ -29,10 +25,8 @@ def moving(u_mps, v_mps=0.0, yaw_rate_radps=0.0, load_mps2=0.0):
 @pytest.mark.parametrize(
     ("speed_mps", "goals", "hand_brake", "reverse"),
     [
-        (14.0, (0.6, 0.0, 0.3), False, False),
-        (14.0, (0.0, 0.4, -0.3), False, False),
-        (-4.0, (0.7, 0.0, 0.5), False, True),
-        (9.0, (0.8, 0.0, 0.1), True, False),
+        *((14.0, (0.6, 0.0, 0.3), False, False), (14.0, (0.0, 0.4, -0.3), False, False)),
+        *((-4.0, (0.7, 0.0, 0.5), False, True), (9.0, (0.8, 0.0, 0.1), True, False)),
     ],
 )
 def test_error_falls_with_the_square_of_the_step(speed_mps, goals, hand_brake, reverse):

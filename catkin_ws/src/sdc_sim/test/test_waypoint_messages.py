@@ -14,10 +14,8 @@ POINTS = [{"x": 1.0, "y": 2.0, "v": 3.0}, {"x": 4.0, "y": 5.0, "v": 6.0}]
 
 def received(points, fields, list_name="waypoints"):
     """Return the AnyMsg of a path whose waypoints have these fields."""
-    definition = "\n".join(
-        [f"Waypoint[] {list_name}", "=" * 80, "MSG: other/Waypoint"]
-        + [f"float32 {name}" for name in fields]
-    )
+    head = [f"Waypoint[] {list_name}", "=" * 80, "MSG: other/Waypoint"]
+    definition = "\n".join([*head, *(f"float32 {name}" for name in fields)])
     classes = genpy.dynamic.generate_dynamic("other/LocalPath", definition)
     waypoints = [classes["other/Waypoint"](**point) for point in points]
     buffer = io.BytesIO()

@@ -7,7 +7,14 @@ import pytest
 from sdc_common.validation import DocumentError
 from sdc_sim.yaml_document import load_yaml, validate
 
+NOT_UTF_8 = "can't decode byte 0x89 in position 0: invalid start byte"
+OPEN_LIST = "expected ',' or ']', but got '<stream end>'"
+PAIRS = ("speed", "start"), ("start", "speed")
+NEEDS = "2: key '{1}' is missing, '{0}' needs it; add '{1}: ...' or remove '{0}'"
+NO_NUMBER = "'points' must be a number from 0, got"
+KNOWN = "remove it or use one of speed, start, kind, points, stop"
 NUMBER = {"type": "number", "minimum": 0.0, "description": "a number from 0"}
+NUMBERS = {"type": "array", "description": "a list", "items": NUMBER}
 SCHEMA = {
     "type": "object",
     "description": "a mapping",
@@ -16,11 +23,7 @@ SCHEMA = {
         "speed": NUMBER,
         "start": NUMBER,
         "kind": {"enum": ["car", "van"]},
-        "points": {
-            "type": "array",
-            "description": "a list of lists",
-            "items": {"type": "array", "description": "a list", "items": NUMBER},
-        },
+        "points": {"type": "array", "description": "a list of lists", "items": NUMBERS},
         "stop": {"type": "object", "required": ["at", "by"], "description": "a stop"},
     },
     "dependencies": {"speed": ["start"], "start": ["speed"]},
@@ -55,16 +58,9 @@ def test_path_may_start_with_the_home_folder(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (
-            b"\x89PNG\xff\xfe",
-            ": is not valid YAML "
-            "('utf-8' codec can't decode byte 0x89 in position 0: invalid start byte)",
-        ),
+        (b"\x89PNG\xff\xfe", f": is not valid YAML ('utf-8' codec {NOT_UTF_8})"),
         ("a: " * 2 + "1", ", line 1: is not valid YAML (mapping values are not allowed here)"),
-        (
-            "a: 1\nb: [2",
-            ", line 2: is not valid YAML (expected ',' or ']', but got '<stream end>')",
-        ),
+        ("a: 1\nb: [2", f", line 2: is not valid YAML ({OPEN_LIST})"),
         ("a: !!int seven", ": is not valid YAML (invalid literal for int() with base 10: 'seven')"),
         ("[" * 1000, ": is not valid YAML (maximum recursion depth exceeded)"),
     ],
@@ -84,35 +80,19 @@ def test_missing_file_is_refused_with_its_fix():
     ("text", "message"),
     [
         ("- 1", "1: the file must be a mapping, got a list"),
-        (
-            "kind: car\n3: 1",
-            "2: unknown key '3'; remove it or use one of speed, start, kind, points, stop",
-        ),
+        ("kind: car\n3: 1", f"2: unknown key '3'; {KNOWN}"),
         ("kind: car\nspede: 1", "2: unknown key 'spede'; did you mean 'speed'?"),
-        (
-            "kind: car\nxyz: 1",
-            "2: unknown key 'xyz'; remove it or use one of speed, start, kind, points, stop",
-        ),
+        ("kind: car\nxyz: 1", f"2: unknown key 'xyz'; {KNOWN}"),
         ("kind: cra", "1: 'kind' is 'cra'; did you mean 'car'?"),
         ("kind: xyz", "1: 'kind' is 'xyz'; use one of car, van"),
         ("kind: {}", "1: 'kind' is a mapping; use one of car, van"),
         ("stop: {at: 1}", "1: key 'by' is missing in 'stop'; add the line 'by: ...'"),
-        (
-            "kind: car\nspeed: 1",
-            "2: key 'start' is missing, 'speed' needs it; add 'start: ...' or remove 'speed'",
-        ),
-        (
-            "kind: car\nstart: 1",
-            "2: key 'speed' is missing, 'start' needs it; add 'speed: ...' or remove 'start'",
-        ),
+        *((f"kind: car\n{a}: 1", NEEDS.format(a, b)) for a, b in PAIRS),
         ("points: 7", "1: 'points' must be a list of lists, got 7"),
         ("points:", "1: 'points' must be a list of lists, got nothing"),
-        (
-            "points:\n- [1]\n- [2, x]",
-            "3: entry 2 of entry 2 of 'points' must be a number from 0, got 'x'",
-        ),
-        ("points:\n- [.nan]", "2: entry 1 of entry 1 of 'points' must be a number from 0, got nan"),
-        ("points: [[true]]", "1: entry 1 of entry 1 of 'points' must be a number from 0, got True"),
+        ("points:\n- [1]\n- [2, x]", f"3: entry 2 of entry 2 of {NO_NUMBER} 'x'"),
+        ("points:\n- [.nan]", f"2: entry 1 of entry 1 of {NO_NUMBER} nan"),
+        ("points: [[true]]", f"1: entry 1 of entry 1 of {NO_NUMBER} True"),
         (f"points: {'x' * 60}", f"1: 'points' must be a list of lists, got '{'x' * 39}"),
         ("points: 7\nkind: 8", "1: 'points' must be a list of lists, got 7"),
         ("points: 7\nspeedy: 8", "2: unknown key 'speedy'; did you mean 'speed'?"),
