@@ -43,8 +43,9 @@ class Recording(NamedTuple):
 
 def road(course):
     """Return the points (M, 2) of a course, 0.05 m apart [m]."""
-    elements = node_config("sdc_experiments", "recorded_roads")[course]
-    return generate_route(elements, FINE_M, 17.0)[:, :2]
+    start = {"x_m": 0.0, "y_m": 0.0, "heading_deg": 17.0}
+    spec = {"elements": node_config("sdc_experiments", "recorded_roads")[course], "start": start}
+    return generate_route({**spec, "spacing_m": FINE_M})[:, :2]
 
 
 def measure(road_m, recording, method, speed_mps):
@@ -120,7 +121,8 @@ def legs(*corners, spacing_m):
 def hairpin(radius_m, spacing_m):
     turn = {"left_deg": 180.0, "radius_m": radius_m, "transition_m": 1.0}
     elements = [{"straight_m": 60.0}, turn, {"straight_m": 60.0}]
-    return generate_route(elements, spacing_m)[:, :2]
+    start = {"x_m": 0.0, "y_m": 0.0, "heading_deg": 0.0}
+    return generate_route({"elements": elements, "start": start, "spacing_m": spacing_m})[:, :2]
 
 
 def without(points, first, last):

@@ -12,7 +12,8 @@ from sdc_sim.scenario.reader import load_scenario
 from sdc_testing.street_maps import needs_maps
 
 FOLDER = Path(folder_of("scenario"))
-LISTED = dict(re.findall(r"\| `(\w+)` \| (.*?) \|", (FOLDER / "README.md").read_text("utf-8")))
+TABLE = (FOLDER / "README.md").read_text("utf-8").partition("| scenario |")[2].partition("\n\n")[0]
+LISTED = dict(re.findall(r"^\| `(\w+)` \| (.*?) \|", TABLE, re.MULTILINE))
 
 
 # Those on a map are skipped where nothing reads maps.

@@ -23,11 +23,12 @@ BENDS = [
     {"right_deg": 60.0, "radius_m": 10.0, "transition_m": 4.0},
     {"straight_m": 15.0},
 ]
+SPEC = {"elements": BENDS, "start": {"x_m": 0.0, "y_m": 0.0, "heading_deg": 0.0}, "spacing_m": 1.0}
 
 
 @pytest.fixture(scope="module")
 def road():
-    return Road(generate_route(BENDS)[:, :2] * [1.0, -1.0])
+    return Road(generate_route(SPEC)[:, :2] * [1.0, -1.0])
 
 
 @pytest.fixture(scope="module")

@@ -45,7 +45,8 @@ def laps(hours: float) -> np.ndarray:
     Returns:
         (N, 2) points x, y in CARLA coordinates, 1 m apart [m]
     """
-    lap = generate_route(LAP)[:-1, :2]
+    start = {"x_m": 0.0, "y_m": 0.0, "heading_deg": 0.0}
+    lap = generate_route({"elements": LAP, "spacing_m": 1.0, "start": start})[:-1, :2]
     return np.tile(lap, (max(1, int(np.ceil(3600.0 * hours * SPEED_MPS / len(lap)))), 1))
 
 

@@ -37,13 +37,13 @@ from sdc_map.map_report import report_lines
 from sdc_map.network_file import load_network
 from sdc_sim.catkin_workspace import WorkspaceError, check_stack, workspace_environment
 from sdc_sim.report.writer import EVENTS, companion, complete_report, is_complete
-from sdc_sim.road.route_generator import generated_lines
 from sdc_sim.scenario.acceptance_limits import read_report, violations
 from sdc_sim.scenario.map_drive import launch_arguments
 from sdc_sim.scenario.packaged import (
     find_packaged,
     find_route,
     find_scenario,
+    generated_lines,
     options_text,
     parse_options,
     sim_options,

@@ -81,33 +81,32 @@ def _pieces(element: Mapping, where: str) -> list[tuple[float, float]]:
     return [piece for piece in pieces if piece[0] > 0.0]
 
 
-def generate_route(
-    elements: Iterable[Mapping], spacing_m: float = 1.0, heading_deg: float = 0.0
-) -> np.ndarray:
-    """Return points of a route from (0, 0) in CARLA coordinates: y to the right, yaw clockwise.
+def generate_route(spec: Mapping) -> np.ndarray:
+    """Return the points of a route in CARLA coordinates (y to the right, yaw clockwise).
+
+    Args:
+        spec: `elements` as for `curvature_profile`, `start` with x_m, y_m and heading_deg, and
+            `spacing_m`
 
     Returns:
         (N, 3) rows of x [m], y [m] and yaw [degrees], `spacing_m` apart
     """
-    knots, curvatures = curvature_profile(elements)
+    knots, curvatures = curvature_profile(spec["elements"])
     length = knots[-1]
     s = np.linspace(0.0, length, int(math.ceil(length / _STEP_M)) + 1)
     step = s[1] - s[0]
     curvature = np.interp(s, knots, curvatures)
-    heading = math.radians(heading_deg) + _integral(curvature, step)
-    x, y = _integral(np.cos(heading), step), _integral(np.sin(heading), step)
-    at = np.linspace(0.0, length, int(round(length / spacing_m)) + 1)
+    heading = math.radians(spec["start"]["heading_deg"]) + _integral(curvature, step)
+    x = spec["start"]["x_m"] + _integral(np.cos(heading), step)
+    y = spec["start"]["y_m"] + _integral(np.sin(heading), step)
+    at = np.linspace(0.0, length, int(round(length / spec["spacing_m"])) + 1)
     yaw = (np.degrees(np.interp(at, s, heading)) + 180.0) % 360.0 - 180.0
     return np.column_stack([np.interp(at, s, x), -np.interp(at, s, y), -yaw])
 
 
-def generated_lines(elements: Iterable[Mapping]) -> list[str]:
-    """Return the lines of the waypoint file, x,y,yaw, of a list of straights and bends.
-
-    Raises:
-        RouteSpecError: the list is no route
-    """
-    return [f"{x:.4f},{y:.4f},{yaw:.3f}\n" for x, y, yaw in generate_route(elements)]
+def csv_lines(rows: np.ndarray) -> list[str]:
+    """Return the lines of a waypoint file, x,y,yaw, of the rows of `generate_route`."""
+    return [f"{x:.4f},{y:.4f},{yaw:.3f}\n" for x, y, yaw in rows]
 
 
 def _integral(values: np.ndarray, step: float) -> np.ndarray:

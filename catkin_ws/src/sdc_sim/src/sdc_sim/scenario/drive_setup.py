@@ -15,12 +15,12 @@ from sdc_common.routes.waypoint_file import LARGEST_COORDINATE_M, load_waypoints
 from sdc_common.validation import DocumentError
 from sdc_sim.physics.compiled_vehicle import CompiledVehicle
 from sdc_sim.physics.vehicle import Vehicle
-from sdc_sim.road.route_generator import generated_lines
 from sdc_sim.scenario.configuration import build_simulation, checked
 from sdc_sim.scenario.packaged import (
     find_route,
     find_scenario,
     folder_of,
+    generated_lines,
     overridden,
     sensor_options,
     sim_options,

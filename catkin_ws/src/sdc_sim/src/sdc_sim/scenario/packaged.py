@@ -5,13 +5,14 @@ from __future__ import annotations
 import copy
 import os
 import sys
-from typing import Any, Mapping
+from typing import Any, Mapping, Sequence
 
 import yaml
 
 from sdc_common.configuration import node_config as node_config  # its old place, for workspaces
 from sdc_common.configuration import package_folder
 from sdc_common.validation import DocumentError, suggestion
+from sdc_sim.road.route_generator import csv_lines, generate_route
 from sdc_sim.scenario.reader import Scenario
 from sdc_sim.sensors.model import SENSORS
 from sdc_sim.yaml_document import packaged_config
@@ -126,6 +127,16 @@ def sim_options(scenario: Scenario, given: Mapping[str, Any]) -> dict[str, Any]:
             value = {**before, **value}
         options[name] = value
     return options
+
+
+def generated_lines(elements: Sequence[Mapping]) -> list[str]:
+    """Return the lines of the waypoint file of a list of straights and bends.
+
+    Raises:
+        RouteSpecError: the list is no route
+    """
+    start = {"x_m": 0.0, "y_m": 0.0, "heading_deg": 0.0}
+    return csv_lines(generate_route({"elements": elements, "spacing_m": 1.0, "start": start}))
 
 
 def find_route(scenario_path: str, route: str) -> str:

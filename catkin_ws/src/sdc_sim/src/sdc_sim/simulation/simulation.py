@@ -78,11 +78,9 @@ class Simulation:
         self.obstacles = obstacles or Obstacles()
         self.lights = lights
         gains = ackermann or AckermannGains(**packaged_config("sim")["ackermann"])
-        self.commands = CommandMux(
-            round(command_timeout_s / tick_s),
-            DelayLine(command_latency_s, tick_s),
-            AckermannControl(vehicle.parameters, gains),
-        )
+        control = AckermannControl(vehicle.parameters, gains)
+        delay = DelayLine(command_latency_s, tick_s)
+        self.commands = CommandMux(round(command_timeout_s / tick_s), delay, control)
         self._tick_ns = round(tick_s * _NANOSECONDS)
         self._noise = noise or OdometryNoise(0)
         self._sensors = sensors
