@@ -40,6 +40,8 @@ _DEGREE = 5
 _BENT_SHARE = 0.7
 # Least angle between two streets at a roundabout [rad].
 _ROUNDABOUT_RAD = np.radians(65.0)
+# Greatest angle between two of four streets that are opposite of each other by pairs [rad].
+_OPPOSITE_RAD = np.radians(125.0)
 # A street continues at a junction if it turns by less than this [rad], over about this distance.
 _ON_RAD = np.radians(62.0)
 _ON_M = 25.0
@@ -295,8 +297,9 @@ def _junction(random: np.random.Generator, around: Sequence[_Arm]) -> str:
         return "roundabout"
     if ranks[-1] == 0:
         return "right_before_left" if other < 0.75 else "allway_stop"
-    # With more than four streets, a light is red for too long.
-    can_have_lights = fastest_kmh <= 70 and ranks[-2] >= 1 and len(around) <= 4
+    # A light with many phases, as of streets that do not continue, is red for too long.
+    has_few_phases = len(around) < 4 or len(around) == 4 and gaps_rad.max() < _OPPOSITE_RAD
+    can_have_lights = fastest_kmh <= 70 and ranks[-2] >= 1 and has_few_phases
     if can_have_lights and draw < (0.85 if most_lanes > 1 else 0.3):
         return "traffic_light"
     return "priority" if other < 0.7 else "priority_stop"
