@@ -11,7 +11,7 @@ from sdc_map.crossings import heights_along, places_along
 from sdc_map.lane_graph import LaneGraph
 from sdc_map.mission import plan_mission
 from sdc_map.network import Connection, Junction, Network, RoadLane
-from sdc_map.network_file import load_network, network_path
+from sdc_map.network_file import load_network
 from sdc_testing.street_maps import bridge, needs_maps
 
 pytestmark = needs_maps
@@ -31,7 +31,7 @@ def _network(path, request, tmp_path_factory):
     if request.param == "OpenDRIVE":
         return load_network(path)
     copy = str(tmp_path_factory.mktemp("net") / "bridge.net.xml")
-    return load_network(shutil.copy(network_path(path), copy))
+    return load_network(shutil.copy(load_network(path).net_path, copy))
 
 
 @pytest.mark.parametrize(

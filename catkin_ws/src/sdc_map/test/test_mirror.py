@@ -12,7 +12,7 @@ from test_network import chain
 from sdc_map.map_file import map_file
 from sdc_map.mirror import mirror_opendrive, mirrored
 from sdc_map.network import BROKEN, SOLID, Network, RoadLane
-from sdc_map.network_file import MapError, load_network, network_path
+from sdc_map.network_file import MapError, load_network
 from sdc_testing.street_maps import dense, lane, needs_maps, opendrive, town, write
 
 pytestmark = needs_maps
@@ -171,14 +171,14 @@ def test_network_of_sumo_with_traffic_on_the_left_has_neighbours_on_their_sides(
         before, after = network.lanes[way.start], network.lanes[way.end]
         turned = np.sin(after.heading_at(0.0) - before.heading_at(before.length_m))
         assert way.direction == ("l" if turned > 0.7 else "r" if turned < -0.7 else "s")
-    assert network_path(path) != path and load_network(network_path(path)).y_sign == 1.0
+    assert network.net_path != path and load_network(network.net_path).y_sign == 1.0
 
 
 def test_town_left_is_the_mirror_image_of_the_town():
     left, right = load_network("town_left"), load_network("town")
     assert [*left.findings.lines()] == [*right.findings.lines()]
     assert_is_mirror_image(left, right)
-    assert left.name == "town_left" and network_path("town_left") == network_path("town")
+    assert left.name == "town_left" and left.net_path == right.net_path
     assert len(left.bays) == 38
     for area in left.bays:
         assert left.nearest(*area.mean(axis=0)).cross_track_m > 1.5

@@ -11,7 +11,7 @@ import pytest
 from sdc_common.validation import DocumentError
 from sdc_map.map_file import map_file
 from sdc_map.network import WALKING
-from sdc_map.network_file import load_network, network_path
+from sdc_map.network_file import load_network
 from sdc_sim.physics.collision import Rectangle
 from sdc_sim.physics.traffic_lights import COLOURS
 from sdc_sim.scenario.drive_setup import drive_setup
@@ -44,7 +44,8 @@ def car_on(network, lane, s_m):
 
 def start(path, network, count=20, seed=1, mission=("a_0", "b_0")):
     way_m = np.vstack([network.lanes[name].points_m for name in mission])
-    return SumoTraffic(network_path(path), count, seed, TICK_S, way_m, network.y_sign < 0.0)
+    net_path = load_network(path).net_path
+    return SumoTraffic(net_path, count, seed, TICK_S, way_m, network.y_sign < 0.0)
 
 
 def standing(traffic, ego, ticks):

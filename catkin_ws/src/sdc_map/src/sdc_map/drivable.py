@@ -8,9 +8,9 @@ from typing import Iterator, Mapping, NamedTuple, Sequence
 
 import numpy as np
 
-from sdc_common.geometry.road_line import arc_lengths
+from sdc_common.geometry.road_line import arc_lengths, turns_rad
 from sdc_common.geometry.route import interpolate
-from sdc_map.joints import curve, turns_rad
+from sdc_map.joints import curve
 from sdc_map.network import DRIVING, RoadLane, part_of
 
 # Radius of the rear axle's circle at full steer [m]: CARLA's car, 2.87 m / tan(2/3 * 70 degrees).

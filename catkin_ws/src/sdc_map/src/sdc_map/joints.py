@@ -6,8 +6,7 @@ from typing import Iterable
 
 import numpy as np
 
-from sdc_common.geometry.road_line import arc_lengths
-from sdc_common.geometry.route import interpolate
+from sdc_common.geometry.road_line import arc_lengths, turns_rad
 from sdc_map.network import part_of
 
 _STEP_M = 0.5
@@ -71,17 +70,3 @@ def _start_of(points_m: np.ndarray) -> np.ndarray:
 def _direction(points_m: np.ndarray) -> np.ndarray:
     step = points_m[-1] - points_m[0]
     return step / max(float(np.hypot(*step[:2])), 1e-9)
-
-
-def turns_rad(points: np.ndarray, s: np.ndarray, at: np.ndarray, chord_m: float) -> np.ndarray:
-    """Return the angles (M,) between the chords before and behind places (M,) of a line [rad].
-
-    Args:
-        points: (N, 2) or (N, 3) points of the line [m]
-        s: (N,) their arc lengths [m]
-        at: (M,) places along it [m]
-        chord_m: length of the chords [m]
-    """
-    before, place, behind = (interpolate(at + step, s, points) for step in (-chord_m, 0.0, chord_m))
-    (x, y), (u, v) = (place - before).T[:2], (behind - place).T[:2]
-    return np.abs(np.arctan2(x * v - y * u, x * u + y * v))

@@ -30,9 +30,9 @@ def map_file(name: str, folder: str = "", seed: int | None = None) -> str:
     if name.partition(":")[0] == RANDOM:
         if not re.fullmatch(RANDOM + r":\d{1,10}", name):
             raise MapError(f"{name}: is not one town; write {RANDOM}:SEED, such as {RANDOM}:7")
-        options = os.path.join(_maps(), "town", "town.netccfg")
+        options = os.path.join(packaged_maps(), "town", "town.netccfg")
         return random_town(int(name.partition(":")[2]), options)
-    packaged = os.path.join(_maps(), name + ".net.xml")
+    packaged = os.path.join(packaged_maps(), name + ".net.xml")
     if name.isidentifier() and os.path.exists(packaged):
         return os.path.abspath(packaged)
     return os.path.abspath(os.path.join(folder, os.path.expanduser(name)))
@@ -51,7 +51,7 @@ def town_seeds(name: str) -> list[int]:
     return seeds
 
 
-def _maps() -> str:
+def packaged_maps() -> str:
     """Return the folder of the packaged maps."""
     # The grader of the workshop has this source folder on its path, and no ROS workspace.
     folder = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "maps")

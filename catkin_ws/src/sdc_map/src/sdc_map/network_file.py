@@ -78,15 +78,6 @@ def load_network(path: str) -> Network:
         raise MapError(f"{path}: cannot be read ({error.strerror}); name a map") from None
 
 
-def network_path(path: str) -> str:
-    """Return the path of SUMO's network of a map, in which traffic is on the right.
-
-    Raises:
-        MapError: the same as that of `load_network`
-    """
-    return load_network(path).net_path
-
-
 @lru_cache(maxsize=2)
 def _loaded(path: str, _: int) -> Network:
     name, source = os.path.basename(path).partition(".")[0], map_source(path)
@@ -193,19 +184,17 @@ def _network(
 def _parted(lanes: list[RoadLane]) -> list[RoadLane]:
     """Return lanes without changes between those of one edge that are not beside one another."""
     known = {lane.id: lane for lane in lanes}
+    shares = np.array([0.0, 0.5, 1.0])
 
     def beside(lane: RoadLane, name: str) -> str:
         if not name:
             return ""
-        shares = np.array([0.0, 0.5, 1.0])
-        places = (one.at(shares * one.length_m) for one in (lane, known[name]))
-        apart_m = np.hypot(*(next(places) - next(places)).T).max()
-        return name if apart_m < lane.width_m + known[name].width_m else ""
+        other = known[name]
+        apart_m = lane.at(shares * lane.length_m) - other.at(shares * other.length_m)
+        return name if np.hypot(*apart_m.T).max() < lane.width_m + other.width_m else ""
 
     return [
         replace(lane, left=beside(lane, lane.left), right=beside(lane, lane.right))
-        if lane.left or lane.right
-        else lane
         for lane in lanes
     ]
 

@@ -137,27 +137,18 @@ def shift_to_origin(places: np.ndarray, findings: Findings, first: str) -> np.nd
 def _remove_open_links(root: ElementTree.Element, findings: Findings) -> None:
     """Remove links to roads and junctions that the file does not have."""
     known = {(kind, one.get("id")) for kind in ("road", "junction") for one in root.iter(kind)}
-    links = [
-        (f"{place.tag} {place.get('id')}", parent, link)
-        for path, place in (
-            *(("link", road) for road in root.iter("road")),
-            *((".", junction) for junction in root.iter("junction")),
-        )
-        for parent in place.findall(path)
-        for link in parent
-    ]
-    for name, parent, link in links:
-        targets: list[tuple[str | None, str | None]]
-        if link.tag == "connection":
-            through = link.get("connectingRoad", link.get("linkedRoad"))
-            targets = [("road", link.get("incomingRoad")), ("road", through)]
-        else:
+    for place in (*root.iter("road"), *root.iter("junction")):
+        parent = place if place.tag == "junction" else place.find("link")
+        for link in [] if parent is None else [*parent]:
             targets = [(link.get("elementType"), link.get("elementId"))]
-        lost = [target for target in targets if target not in known]
-        if lost and link.tag in ("connection", "predecessor", "successor"):
-            place = f"{name} to {lost[0][0]} {lost[0][1]}"
-            findings.add("links to what the file does not have", place)
-            parent.remove(link)
+            if link.tag == "connection":
+                through = link.get("connectingRoad", link.get("linkedRoad"))
+                targets = [("road", link.get("incomingRoad")), ("road", through)]
+            lost = [target for target in targets if target not in known]
+            if lost and link.tag in ("connection", "predecessor", "successor"):
+                text = f"{place.tag} {place.get('id')} to {lost[0][0]} {lost[0][1]}"
+                findings.add("links to what the file does not have", text)
+                parent.remove(link)
 
 
 def _remove_incomplete(road: ElementTree.Element, findings: Findings) -> None:
@@ -229,19 +220,14 @@ def _write_widths(section: ElementTree.Element) -> None:
 
 def _sum(one: np.ndarray, other: np.ndarray, factor: float) -> np.ndarray:
     """Return the pieces (N, 5) of a piecewise cubic plus `factor` times another one."""
-    rows = []
-    for start in np.unique(np.append(one[:, 0], other[:, 0])):
-        row = np.array([start, 0.0, 0.0, 0.0, 0.0])
-        for pieces, weight in ((one, 1.0), (other, factor)):
-            for piece in pieces[pieces[:, 0] <= start][-1:]:
-                row[1:] += weight * _moved(piece[1:], start - piece[0])
-        rows.append(row)
-    return np.array(rows)
+    starts = np.unique(np.append(one[:, 0], other[:, 0]))
+    return np.array([[s, *(_cubic_at(one, s) + factor * _cubic_at(other, s))] for s in starts])
 
 
-def _moved(cubic: np.ndarray, t: float) -> np.ndarray:
-    """Return the coefficients (4,) of a cubic whose parameter begins at t."""
-    a, b, c, d = cubic
+def _cubic_at(pieces: np.ndarray, s: float) -> np.ndarray:
+    """Return the coefficients (4,) of a piecewise cubic whose parameter begins at s."""
+    start, a, b, c, d = pieces[max(np.searchsorted(pieces[:, 0], s, side="right") - 1, 0)]
+    t = s - start
     return np.array(
         [a + t * (b + t * (c + t * d)), b + t * (2.0 * c + 3.0 * t * d), c + 3.0 * t * d, d]
     )
@@ -323,11 +309,10 @@ def _cut(lane: ElementTree.Element, first_m: float, last_m: float) -> None:
             if element in before or s >= last_m:
                 lane.remove(element)
                 continue
-            element.set("sOffset", repr(max(s - first_m, 0.0)))
             if kind == "width":
-                (row,) = cubics([element], "sOffset")
-                moved = _moved(row[1:], max(first_m - s, 0.0)).tolist()
+                moved = _cubic_at(cubics([element], "sOffset"), max(first_m, s)).tolist()
                 element.attrib.update(zip("abcd", map(repr, moved)))
+            element.set("sOffset", repr(max(s - first_m, 0.0)))
 
 
 def _along(lane: ElementTree.Element, kind: str) -> list[tuple[float, ElementTree.Element]]:

@@ -7,36 +7,23 @@ import math
 import re
 import xml.etree.ElementTree as ElementTree
 from collections import defaultdict
+from pathlib import Path
 from typing import Collection, Iterator, Mapping, NamedTuple
 
 import numpy as np
 
 from sdc_map.findings import Findings
+from sdc_map.map_file import packaged_maps
 from sdc_map.mirror import mirrored_tags
 from sdc_map.osm_side import traffic_side
 
-# Streets for cars by the value of `highway`: lanes in a direction and limit [km/h] where the file
-# has none, and the rank that decides about right of way.
+# Streets for cars in SUMO's XML: lanes in a direction and limit where the file has none, and rank.
+_TYPES = Path(packaged_maps(), "osm.typ.xml").read_bytes()
+# Their limits by the value of `highway` [km/h].
 _STREETS = {
-    "motorway": (2, 130, 15),
-    "motorway_link": (1, 80, 14),
-    "trunk": (1, 100, 13),
-    "trunk_link": (1, 80, 12),
-    "primary": (1, 50, 11),
-    "primary_link": (1, 50, 10),
-    "secondary": (1, 50, 9),
-    "secondary_link": (1, 50, 8),
-    "tertiary": (1, 50, 7),
-    "tertiary_link": (1, 50, 6),
-    "unclassified": (1, 50, 5),
-    "road": (1, 50, 4),
-    "residential": (1, 50, 3),
-    "living_street": (1, 10, 2),
-    "service": (1, 20, 1),
+    kind.attrib["id"].rpartition(".")[2]: round(3.6 * float(kind.attrib["speed"]))
+    for kind in ElementTree.fromstring(_TYPES)
 }
-_ONE_WAY = ("motorway", "motorway_link")
-_NO_BICYCLES = (*_ONE_WAY, "trunk", "trunk_link")
-_NO_STREET_USERS = "pedestrian tram rail_urban rail rail_electric rail_fast ship"
 # Keys that say who may drive on a street, the most special one first, and what closes it for cars.
 _ACCESS = ("motorcar", "motor_vehicle", "vehicle", "access")
 _CLOSED = ("no", "private", "agricultural", "forestry", "emergency", "psv", "bus")
@@ -128,8 +115,7 @@ def read_osm(root: ElementTree.Element, findings: Findings) -> OsmStreets:
         if element.tag == "relation" and tags.get("type") == "restriction"
     )
     projection = "--proj=+proj=tmerc +ellps=WGS84 +units=m +lat_0={} +lon_0={}".format(*middle)
-    content, types = ElementTree.tostring(kept), ElementTree.tostring(_types())
-    return OsmStreets(content, types, projection, is_left)
+    return OsmStreets(ElementTree.tostring(kept), _TYPES, projection, is_left)
 
 
 def _tags(element: ElementTree.Element) -> dict[str, str]:
@@ -207,7 +193,7 @@ def _of_way(tags: dict[str, str], side: str) -> Iterator[str]:
         return
     limits = [tags[key] for key in _LIMITS if key in tags]
     if not limits:
-        limit_kmh = _STREETS[tags["highway"]][1]
+        limit_kmh = _STREETS[tags["highway"]]
         yield f"ways with highway={tags['highway']} without a limit, read as {limit_kmh} km/h"
     yield from (
         f"limits of the kind {value}, not read" for value in limits if _limit(value) is None
@@ -244,20 +230,3 @@ def _written(
         if limit is not None and not _is_wrong(key, value):
             ElementTree.SubElement(written, "tag", k=key, v=limit)
     return written
-
-
-def _types() -> ElementTree.Element:
-    """Return the types of streets for netconvert."""
-    types = ElementTree.Element("types")
-    for kind, (lanes, limit_kmh, rank) in _STREETS.items():
-        ElementTree.SubElement(
-            types,
-            "type",
-            id=f"highway.{kind}",
-            numLanes=str(lanes),
-            speed=str(limit_kmh / 3.6),
-            priority=str(rank),
-            oneway=str(kind in _ONE_WAY).lower(),
-            disallow=_NO_STREET_USERS + (" bicycle" if kind in _NO_BICYCLES else ""),
-        )
-    return types

@@ -92,13 +92,24 @@ def sharpest_turn(points_m: np.ndarray) -> tuple[float, int]:
         angle [rad] and row; 0 and 0 for a line of two points
     """
     s = arc_lengths(points_m)
-    before = points_m - interpolate(s - _TURN_CHORD_M, s, points_m)
-    after = interpolate(s + _TURN_CHORD_M, s, points_m) - points_m
-    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-    turns = np.abs(np.arctan2(cross, np.sum(before * after, axis=1)))
+    turns = turns_rad(points_m, s, s, _TURN_CHORD_M)
     turns[[0, -1]] = 0.0
     row = int(np.argmax(turns))
     return float(turns[row]), row
+
+
+def turns_rad(points: np.ndarray, s: np.ndarray, at: np.ndarray, chord_m: float) -> np.ndarray:
+    """Return the angles (M,) between the chords before and behind places (M,) of a line [rad].
+
+    Args:
+        points: (N, 2) or (N, 3) points of the line [m]
+        s: (N,) their arc lengths [m]
+        at: (M,) places along it [m]
+        chord_m: length of the chords [m]
+    """
+    before, place, behind = (interpolate(at + step, s, points) for step in (-chord_m, 0.0, chord_m))
+    (x, y), (u, v) = (place - before).T[:2], (behind - place).T[:2]
+    return np.abs(np.arctan2(x * v - y * u, x * u + y * v))
 
 
 def noise_of(waypoints_m: np.ndarray, s_m: np.ndarray) -> float:
