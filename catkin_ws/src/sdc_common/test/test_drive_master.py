@@ -70,10 +70,6 @@ def test_ports_of_processes_that_start_at_once_differ():
     assert len(set(ports)) == 3
 
 
-def test_default_master_is_used_where_none_runs(port):
-    assert port_of(choose(port)) == port
-
-
 def test_own_roscore_without_a_drive_is_used(port, master):
     assert choose(port).uri == f"http://127.0.0.1:{port}"
 

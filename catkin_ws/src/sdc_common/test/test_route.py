@@ -36,20 +36,6 @@ def test_arc_has_the_curvature_and_length_of_its_circle(radius):
     assert route.length_m == pytest.approx(1.5 * math.pi * radius, rel=0.01)
 
 
-@pytest.mark.parametrize(
-    ("points", "part"),
-    [
-        ([[0.0, 0.0]], "2 points"),
-        (np.zeros((3, 2)), "coincide"),
-        ([[0, 0], [math.nan, 1]], "finite"),
-        (np.zeros((4, 3)), "2 points"),
-    ],
-)
-def test_points_that_are_no_route_are_refused(points, part):
-    with pytest.raises(ValueError, match=part):
-        Route(points)
-
-
 def test_locate_prefers_the_pass_in_the_cars_direction_then_the_earlier_one():
     there = np.column_stack([np.arange(0.0, 50.0), np.zeros(50)])
     back = np.column_stack([np.arange(49.0, 0.0, -1.0), np.full(49, 0.4)])
@@ -72,15 +58,15 @@ def test_point_next_to_the_route_is_located(s, offset):
 
 
 @pytest.mark.parametrize(
-    ("row", "value", "message"),
+    ("points", "message"),
     [
-        (3, (2.0, 0.0), "points 2 and the next of the route coincide"),
-        (4, (math.inf, 0.0), "point 4 of the route is not finite"),
+        ([[0.0, 0.0]], "2 points"),
+        (np.zeros((4, 3)), "2 points"),
+        ([[0, 0], [1, 0], [1, 0]], "points 1 and the next of the route coincide"),
+        ([[0, 0], [1, 0], [math.inf, 0]], "point 2 of the route is not finite"),
     ],
 )
-def test_refusal_names_the_point(row, value, message):
-    points = np.column_stack([np.arange(6.0), np.zeros(6)])
-    points[row] = value
+def test_points_that_are_no_route_are_refused(points, message):
     with pytest.raises(ValueError, match=message):
         Route(points)
 

@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from sdc_common.configuration import node_config
-from sdc_common.geometry.route import Route
 from sdc_common.planning.speed_profile import SpeedLimits, limited_speeds
 
 LIMITS = {"cruise_mps": 10.0, "lateral_mps2": 4.0, "acceleration_mps2": 1.8, "braking_mps2": 2.5}
@@ -98,18 +97,6 @@ def test_lateral_jerk_limits_the_speed_where_the_curvature_changes(rate, step_m)
     middle = np.abs(clothoid.s - 100.0) < 30.0
     np.testing.assert_allclose(speeds[middle], (2.0 / abs(rate)) ** (1.0 / 3.0))
     assert in_order(reasons) == ["accelerating", "bend", "end_of_route"]
-
-
-def test_speeds_of_a_route_are_those_of_its_curvature_and_belong_to_the_caller():
-    angle = np.linspace(0.0, 1.5, 60)
-    route = Route(20.0 * np.column_stack([np.sin(angle), 1.0 - np.cos(angle)]))
-    limits = SpeedLimits(**LIMITS)
-    speeds, reasons = limited(route, limits)
-    for _ in range(2):
-        of_route, names = limited(route, limits)
-        assert (of_route.tolist(), names) == (speeds.tolist(), reasons)
-        of_route[:] = 0.0
-        names.clear()
 
 
 @pytest.mark.parametrize(

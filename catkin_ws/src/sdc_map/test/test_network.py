@@ -410,9 +410,16 @@ def test_netconvert_that_fails_is_one_line(tmp_path, monkeypatch, program, words
     assert "\n" not in str(error.value) and "check the file" in str(error.value)
 
 
-def test_upper_case_ending_and_utf_16_are_read(tmp_path):
-    path = tmp_path / "MAP.XODR"
-    path.write_text('<?xml version="1.0" encoding="UTF-16"?>' + _MAPS["line"], "utf-16")
+_UTF_16 = ('<?xml version="1.0" encoding="UTF-16"?>' + _MAPS["line"]).encode("utf-16")
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [("MAP.XODR", _UTF_16), ("map.xodr.gz", gzip.compress(_MAPS["line"].encode()))],
+)
+def test_upper_case_endings_utf_16_and_packed_files_are_read(tmp_path, name, content):
+    path = tmp_path / name
+    path.write_bytes(content)
     assert len(load_network(str(path)).driving) == 3
 
 
@@ -464,12 +471,6 @@ def test_network_in_coordinates_of_the_earth_is_moved_to_the_origin(tmp_path):
     (line,) = network.findings.lines()
     assert line.startswith("places, moved by (-549900, 0) m (1, the first: junction")
     assert load_network(network.net_path).bounds_m == network.bounds_m
-
-
-def test_packed_file_is_read(tmp_path):
-    path = tmp_path / "map.xodr.gz"
-    path.write_bytes(gzip.compress(_MAPS["line"].encode()))
-    assert len(load_network(str(path)).driving) == 3
 
 
 def test_signs_objects_and_unread_elements_are_named(tmp_path):

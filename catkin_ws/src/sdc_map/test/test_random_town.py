@@ -11,7 +11,7 @@ from sdc_map.lane_graph import LaneGraph, drawn_places
 from sdc_map.map_file import map_file, town_seeds
 from sdc_map.mission import plan_mission
 from sdc_map.network import STOP
-from sdc_map.network_file import MapError, load_network, network_path
+from sdc_map.network_file import MapError, load_network
 from sdc_testing.street_maps import needs_maps
 
 pytestmark = needs_maps
@@ -79,12 +79,6 @@ def test_same_seed_draws_the_same_bytes(tmp_path, monkeypatch):
     assert b"generated" not in first
 
 
-def test_town_in_the_cache_needs_no_program(monkeypatch):
-    path = map_file("random:3")
-    monkeypatch.setattr("subprocess.run", None)
-    assert map_file("random:3") == path
-
-
 @pytest.mark.slow(3)
 def test_left_hand_towns_are_mirrored(tmp_path, monkeypatch):
     right = map_file("random:9")
@@ -92,7 +86,7 @@ def test_left_hand_towns_are_mirrored(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "left"))
     left = map_file("random:9")
     assert_is_mirror_image(load_network(left), load_network(right))
-    assert network_path(left).startswith(str(tmp_path / "left"))
+    assert load_network(left).net_path.startswith(str(tmp_path / "left"))
 
 
 @pytest.mark.nightly

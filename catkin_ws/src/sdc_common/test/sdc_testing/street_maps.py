@@ -95,22 +95,10 @@ def town(
     path = os.path.join(str(folder), name)
     sumolib = importlib.util.find_spec("sumolib").origin
     program = os.path.join(os.path.dirname(os.path.dirname(sumolib)), "sumo", "bin", "netconvert")
-    options = ["-n", files[0], "-e", files[1], turns, "--offset.disable-normalization"]
-    subprocess.run(
-        [
-            program,
-            *options,
-            "--sidewalks.guess",
-            "--sidewalks.guess.max-speed",
-            "20",
-            "--crossings.guess",
-            *more,
-            output,
-            path,
-        ],
-        check=True,
-        capture_output=True,
-    )
+    guesses = ["--sidewalks.guess", "--sidewalks.guess.max-speed", "20", "--crossings.guess"]
+    options = ["-n", files[0], "-e", files[1], turns, "--offset.disable-normalization", *guesses]
+    command = [program, *options, *more, output, path]
+    subprocess.run(command, check=True, capture_output=True)
     return path
 
 
