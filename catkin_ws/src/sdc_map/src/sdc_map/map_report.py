@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import Counter
-from typing import Any, Iterable, Iterator
+from typing import Iterable, Iterator
 
 import numpy as np
 
@@ -81,20 +81,13 @@ def draw(network: Network, path: str) -> None:
     axes = figure.add_subplot(aspect="equal", xlabel="x [m]", ylabel="y [m]")
     axes.set_xlim(x - _MARGIN_M, end_x + _MARGIN_M)
     axes.set_ylim(y - _MARGIN_M, end_y + _MARGIN_M)
-    sides = {True: network.driving, False: [*network.lanes.values()]}
-    for are_for_cars, lanes in sides.items():
-        areas = [
-            np.vstack([lane.beside(0.5 * lane.width_m), lane.beside(-0.5 * lane.width_m)[::-1]])
-            for lane in lanes
-            if (lane.kind == DRIVING) == are_for_cars
-        ]
-        limits = [3.6 * lane.speed_limit_mps for lane in lanes] if are_for_cars else None
-        style: dict[str, Any] = (
-            {"array": limits, "cmap": "viridis"} if limits else {"color": "#c8c8c8"}
-        )
-        found = axes.add_collection(PolyCollection(areas, zorder=1 + are_for_cars, **style))
-        if are_for_cars:
-            figure.colorbar(found, label="limit [km/h]", shrink=0.5)
+    others = [lane for lane in network.lanes.values() if lane.kind != DRIVING]
+    axes.add_collection(PolyCollection([lane.area_m for lane in others], color="#c8c8c8", zorder=1))
+    limits = np.array([3.6 * lane.speed_limit_mps for lane in network.driving])
+    lanes = PolyCollection(
+        [lane.area_m for lane in network.driving], array=limits, cmap="viridis", zorder=2
+    )
+    figure.colorbar(axes.add_collection(lanes), label="limit [km/h]", shrink=0.5)
     axes.add_collection(PolyCollection(network.crosswalks, color="#e0a800", zorder=3))
     painted = [line.points_m for line in network.lines()]
     axes.add_collection(LineCollection(painted, color="white", linewidth=0.5, zorder=4))

@@ -15,7 +15,7 @@ import numpy as np
 
 from sdc_map.network import Network
 
-# Numbers of OpenDRIVE that have the other sign in a mirror, by element.
+# Numbers of OpenDRIVE that have the other sign in a mirror, by element, of those that are read.
 _NEGATED = {
     "geometry": ("y", "hdg"),
     "arc": ("curvature",),
@@ -24,21 +24,15 @@ _NEGATED = {
     "paramPoly3": ("aV", "bV", "cV", "dV"),
     "laneOffset": (*"abcd",),
     "border": (*"abcd",),
-    "superelevation": (*"abcd",),
     "lane": ("id",),
     "predecessor": ("id",),
     "successor": ("id",),
     "laneLink": ("from", "to"),
     "validity": ("fromLane", "toLane"),
-    "line": ("tOffset",),
     "signal": ("t", "hOffset"),
     "signalReference": ("t",),
-    "positionInertial": ("y", "hdg"),
-    "positionRoad": ("t", "hOffset"),
     "object": ("t", "hdg", "roll"),
-    "objectReference": ("t",),
     "repeat": ("tStart", "tEnd"),
-    "cornerRoad": ("t",),
     "cornerLocal": ("v",),
 }
 _SIDES = {"left": "right", "right": "left", "increase": "decrease", "decrease": "increase"}

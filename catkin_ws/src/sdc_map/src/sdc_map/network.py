@@ -103,6 +103,12 @@ class RoadLane:
         mitre[:-1] = np.abs(steps[:, 0] * normal[:-1, 1] - steps[:, 1] * normal[:-1, 0])
         return self.points_m + offset_m / np.maximum(mitre, 1.0 / _MITRE)[:, None] * normal
 
+    @property
+    def area_m(self) -> np.ndarray:
+        """Outline (N, 2) of the lane [m]."""
+        half_m = 0.5 * self.width_m
+        return np.vstack([self.beside(half_m), self.beside(-half_m)[::-1]])
+
 
 class Connection(NamedTuple):
     """One way through a junction."""

@@ -171,8 +171,7 @@ def _network(
     for edge in net.getEdges():
         for lane in edge.getLanes() if edge.getFunction() == "crossing" else ():
             line = RoadLane("", _points(lane.getShape())[:, :2], lane.getWidth(), 0.0)
-            sides = line.beside(0.5 * line.width_m), line.beside(-0.5 * line.width_m)[::-1]
-            crosswalks.append(np.vstack(sides))
+            crosswalks.append(line.area_m)
     junctions = [_junction(net, node, leads) for node in net.getNodes()]
     bays, stops = _places(places, {lane.id: lane for lane in lanes})
     for what, texts in found.items():

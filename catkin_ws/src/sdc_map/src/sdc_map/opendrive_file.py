@@ -138,8 +138,9 @@ def _remove_open_links(root: ElementTree.Element, findings: Findings) -> None:
     """Remove links to roads and junctions that the file does not have."""
     known = {(kind, one.get("id")) for kind in ("road", "junction") for one in root.iter(kind)}
     for place in (*root.iter("road"), *root.iter("junction")):
-        parent = place if place.tag == "junction" else place.find("link")
-        for link in [] if parent is None else [*parent]:
+        parents = [place] if place.tag == "junction" else place.findall("link")
+        links = [(parent, link) for parent in parents for link in parent]
+        for parent, link in links:
             targets = [(link.get("elementType"), link.get("elementId"))]
             if link.tag == "connection":
                 through = link.get("connectingRoad", link.get("linkedRoad"))
