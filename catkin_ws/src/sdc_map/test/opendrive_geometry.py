@@ -3,6 +3,7 @@
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 _STEP_M = 0.1
 _FINE_M = 0.01
@@ -51,51 +52,35 @@ def _reference(road, s):
     geometries = road.findall("planView/geometry")
     begins = np.array([float(one.get("s")) for one in geometries])
     row = np.clip(np.searchsorted(begins, s, side="right") - 1, 0, None)
-    points, headings = np.empty((len(s), 2)), np.empty(len(s))
+    places, headings = np.empty(len(s), complex), np.empty(len(s))
     for number, geometry in enumerate(geometries):
         own = row == number
-        if not own.any():
-            continue
         x, y, heading, length = (float(geometry.get(key)) for key in ("x", "y", "hdg", "length"))
-        u, v, turn = _local(geometry[0], s[own] - begins[number], length)
-        c, sin = np.cos(heading), np.sin(heading)
-        points[own] = np.column_stack([x + c * u - sin * v, y + sin * u + c * v])
+        local, turn = _local(geometry[0], s[own] - begins[number], length)
+        places[own] = complex(x, y) + np.exp(1j * heading) * local
         headings[own] = heading + turn
-    return points, headings
+    return np.column_stack([places.real, places.imag]), headings
 
 
 def _local(shape, t, length):
-    """Return u, v and the angle of a shape at arc lengths t from its start."""
+    """Return places, complex numbers, and directions at arc lengths from the start of a shape."""
     number = {key: float(value) for key, value in shape.attrib.items() if key != "pRange"}
-    if shape.tag == "line":
-        return t, np.zeros_like(t), np.zeros_like(t)
-    if shape.tag in ("arc", "spiral"):
-        first = number.get("curvature", number.get("curvStart"))
-        last = number.get("curvature", number.get("curvEnd"))
-        fine = np.linspace(0.0, length, max(2, int(length / _FINE_M)))
-        turn = first * fine + 0.5 * (last - first) / length * fine**2
-        u, v = (_integral(part, fine) for part in (np.cos(turn), np.sin(turn)))
-    elif shape.tag == "poly3":
-        u = np.linspace(0.0, length, max(2, int(length / _FINE_M)))
-        a, b, c, d = (number[key] for key in "abcd")
-        v = a + u * (b + u * (c + u * d))
-        fine, turn = (
-            _integral(np.hypot(1.0, b + u * (2 * c + 3 * u * d)), u),
-            np.arctan(b + u * (2 * c + 3 * u * d)),
-        )
+    s = np.linspace(0.0, length, max(2, int(length / _FINE_M)))
+    if shape.tag in ("line", "arc", "spiral"):
+        first = number.get("curvature", number.get("curvStart", 0.0))
+        change = (number.get("curvEnd", first) - first) / length
+        turn = first * s + 0.5 * change * s**2
+        place = _integral(np.exp(1j * turn), s)
     else:
-        p = np.linspace(
-            0.0,
-            length if shape.get("pRange") == "arcLength" else 1.0,
-            max(2, int(length / _FINE_M)),
-        )
-        u, v = (sum(number[key + axis] * p**k for k, key in enumerate("abcd")) for axis in "UV")
-        du, dv = (
-            sum(k * number[key + axis] * p ** (k - 1) for k, key in enumerate("abcd") if k)
-            for axis in "UV"
-        )
-        fine, turn = _integral(np.hypot(du, dv), p), np.unwrap(np.arctan2(dv, du))
-    return tuple(np.interp(t, fine, part) for part in (u, v, turn))
+        if shape.tag == "poly3":
+            number = {f"{key}V": number[key] for key in "abcd"}
+            number.update(aU=0.0, bU=1.0, cU=0.0, dU=0.0)
+        curve = Polynomial([complex(number[key + "U"], number[key + "V"]) for key in "abcd"])
+        is_normalized = shape.tag == "paramPoly3" and shape.get("pRange") != "arcLength"
+        p = s / length if is_normalized else s
+        place, slope = curve(p), curve.deriv()(p)
+        s, turn = _integral(np.abs(slope), p), np.unwrap(np.angle(slope))
+    return np.interp(t, s, place), np.interp(t, s, turn)
 
 
 def _integral(values, at):

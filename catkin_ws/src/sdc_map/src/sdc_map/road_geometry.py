@@ -5,9 +5,8 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from scipy.special import fresnel
-
-from sdc_common.geometry.road_line import arc_lengths
 
 
 def cubics(pieces: list[ElementTree.Element], key: str) -> np.ndarray:
@@ -61,19 +60,9 @@ def _shape(shape: ElementTree.Element, t: np.ndarray, length_m: float) -> tuple:
     if shape.tag == "poly3":
         number = {name + "V": value for name, value in number.items()}
         number.update(aU=0.0, bU=1.0, cU=0.0, dU=0.0)
+    curve = Polynomial([complex(number[name + "U"], number[name + "V"]) for name in "abcd"])
     has_length = shape.tag == "poly3" or shape.get("pRange") == "arcLength"
     # The parameter is neither an arc length nor a share of it in all files.
     p = np.linspace(0.0, length_m if has_length else 1.0, int(length_m / 0.1) + 2)
-    curve = np.column_stack([_polynomial(number, axis, p) for axis in "UV"])
-    p = np.interp(t, arc_lengths(curve), p)
-    u, v = (_polynomial(number, axis, p) for axis in "UV")
-    return u + 1j * v, np.arctan2(_slope(number, "V", p), _slope(number, "U", p))
-
-
-def _polynomial(number: dict[str, float], axis: str, p: np.ndarray) -> np.ndarray:
-    a, b, c, d = (number[name + axis] for name in "abcd")
-    return a + p * (b + p * (c + p * d))
-
-
-def _slope(number: dict[str, float], axis: str, p: np.ndarray) -> np.ndarray:
-    return number["b" + axis] + p * (2.0 * number["c" + axis] + 3.0 * p * number["d" + axis])
+    p = np.interp(t, np.append(0.0, np.cumsum(np.abs(np.diff(curve(p))))), p)
+    return curve(p), np.angle(curve.deriv()(p))
