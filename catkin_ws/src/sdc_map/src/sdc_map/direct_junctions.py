@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from sdc_map.findings import Findings
-from sdc_map.road_geometry import piecewise_cubic, reference_line
+from sdc_map.opendrive_lanes import pieces
+from sdc_map.road_geometry import piecewise_cubic, reference_line, sections
 
 # Length of a connecting road where two roads meet at one point [m].
 _SHORTEST_M = 0.1
@@ -80,23 +81,19 @@ def _place(road: ElementTree.Element, contact: str) -> complex:
 
 def _end(road: ElementTree.Element, contact: str, name: str) -> _End | None:
     """Return the end of a lane, None if the road does not have the lane there."""
-    s = np.array([0.0 if contact == "start" else float(road.attrib["length"])])
-    section = road.findall("lanes/laneSection")[0 if contact == "start" else -1]
-    side, sign = ("right", -1.0) if int(name) < 0 else ("left", 1.0)
-    inner_m = piecewise_cubic(road.findall("lanes/laneOffset"), "s", s)[0]
-    lanes = section.findall(side + "/lane")
-    for lane in sorted(lanes, key=lambda lane: abs(int(lane.attrib["id"]))):
-        at = s - float(section.attrib["s"])
-        width_m = float(piecewise_cubic(lane.findall("width"), "sOffset", at)[0])
-        if lane.attrib["id"] == name:
-            heading_rad = float(reference_line(road, s)[1][0])
-            edge_m = _place(road, contact) + 1j * inner_m * np.exp(1j * heading_rad)
-            heading_rad += math.pi if sign > 0.0 else 0.0
-            z_m = float(piecewise_cubic(road.findall("elevationProfile/elevation"), "s", s)[0])
-            place = width_m, edge_m, heading_rad, z_m
-            return _End(road.attrib["id"], contact, name, lane.get("type", ""), *place)
-        inner_m += sign * width_m
-    return None
+    row = 0 if contact == "start" else -1
+    section, *ends_m = [*sections(road)][row]
+    piece = dict(pieces(road, section, *ends_m)).get(name)
+    if piece is None:
+        return None
+    (lane,) = (lane for lane in section.iter("lane") if lane.get("id") == name)
+    s = np.array([ends_m[row]])
+    width_m = float(piecewise_cubic(lane.findall("width"), "sOffset", s - ends_m[0])[0])
+    heading_rad = float(reference_line(road, s)[1][0]) + (math.pi if int(name) > 0 else 0.0)
+    x_m, y_m, z_m = piece.points_m[row].tolist()
+    inner_m = complex(x_m, y_m) + 0.5j * width_m * np.exp(1j * heading_rad)
+    place = width_m, inner_m, heading_rad, z_m
+    return _End(road.attrib["id"], contact, name, lane.get("type", ""), *place)
 
 
 def _connecting_road(name: str, junction: str, first: _End, last: _End) -> ElementTree.Element:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import copy
 import math
 import xml.etree.ElementTree as ElementTree
-from typing import Any, Iterable, Iterator
+from typing import Any, Iterable
 
 import numpy as np
 
 from sdc_map.direct_junctions import write_connecting_roads
 from sdc_map.findings import Findings
 from sdc_map.mirror import mirror_left_hand
-from sdc_map.road_geometry import cubics
+from sdc_map.road_geometry import cubics, sections
 
 _UNITS_MPS = {"mph": 0.44704, "km/h": 1.0 / 3.6, "m/s": 1.0}
 # Limit where the file has "no limit" [m/s]: the recommended speed of German motorways, 130 km/h.
@@ -179,13 +179,6 @@ def _name_unread(road: ElementTree.Element, findings: Findings) -> None:
             continue
         name, s_m = road.attrib["id"], float(element.get("s", 0.0))
         findings.add(text, f"road {name} at {s_m:.0f} m", name, s_m)
-
-
-def sections(road: ElementTree.Element) -> Iterator[tuple[ElementTree.Element, float, float]]:
-    """Return the lane sections of a road with their start and end along it [m]."""
-    found = road.findall("lanes/laneSection")
-    ends = [*(float(section.attrib["s"]) for section in found), float(road.attrib["length"])]
-    return zip(found, ends, ends[1:])
 
 
 def _write_arcs(road: ElementTree.Element) -> None:

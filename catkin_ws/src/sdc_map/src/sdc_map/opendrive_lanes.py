@@ -13,15 +13,14 @@ from typing import Iterable, NamedTuple
 import numpy as np
 
 from sdc_map.network import BROKEN, DOUBLE, KERB, NONE, SOLID, part_of
-from sdc_map.opendrive_file import sections
-from sdc_map.road_geometry import piecewise_cubic, reference_line
+from sdc_map.road_geometry import piecewise_cubic, reference_line, sections
 
 _STEP_M = 0.25
 # Ends of lines that are farther from each other do not belong together.
 _APART_M = 0.5
 
 
-class _Piece(NamedTuple):
+class Piece(NamedTuple):
     """A lane in one lane section."""
 
     s_m: np.ndarray  # (N,) places along the road [m]
@@ -42,7 +41,7 @@ class OpenDriveLanes:
         # Speed limits along a lane, in no order [m/s].
         self.limits_mps: dict[tuple[str, str], list[float]] = defaultdict(list)
         # Of each lane section of a road, the lanes by their ids.
-        self._sections: dict[str, list[dict[str, _Piece]]] = defaultdict(list)
+        self._sections: dict[str, list[dict[str, Piece]]] = defaultdict(list)
         # Start and end along the road [m] and type of what is painted at the outer edge of a lane.
         self._marks: dict[tuple[str, str], list[tuple[float, float, str]]] = defaultdict(list)
         for road in root.iter("road"):
@@ -56,7 +55,7 @@ class OpenDriveLanes:
                     for mark, first, last in zip(marks, at, at[1:]):
                         row = start + first, start + last, mark.attrib["type"]
                         self._marks[name, lane.attrib["id"]].append(row)
-                self._sections[name].append(dict(_pieces(road, section, start, end)))
+                self._sections[name].append(dict(pieces(road, section, start, end)))
 
     def length_m(self, road: str) -> float:
         """Return the length of a road [m]."""
@@ -124,9 +123,9 @@ class OpenDriveLanes:
         return DOUBLE if " " in kind else BROKEN if kind.startswith("b") else SOLID
 
 
-def _pieces(
+def pieces(
     road: ElementTree.Element, section: ElementTree.Element, start_m: float, end_m: float
-) -> Iterable[tuple[str, _Piece]]:
+) -> Iterable[tuple[str, Piece]]:
     """Return ids and lanes of a section, and the reference line as that of lane 0."""
     s = np.linspace(start_m, end_m, int((end_m - start_m) / _STEP_M) + 2)
     points, heading = reference_line(road, s)
@@ -134,7 +133,7 @@ def _pieces(
     points = np.column_stack([points, heights])
     left = np.column_stack([-np.sin(heading), np.cos(heading), np.zeros(len(s))])
     offset = piecewise_cubic(road.findall("lanes/laneOffset"), "s", s)
-    yield "0", _Piece(s, points, "0", "0")
+    yield "0", Piece(s, points, "0", "0")
     for side, sign in (("left", 1.0), ("right", -1.0)):
         edge = offset
         lanes = section.findall(side + "/lane")
@@ -145,7 +144,7 @@ def _pieces(
             ids = (number if link is None else link.attrib["id"] for link in links)
             line = points + (edge + 0.5 * width)[:, None] * left
             kept = _ahead(line[:, :2], np.column_stack([left[:, 1], -left[:, 0]]))
-            yield number, _Piece(s[kept], line[kept], *ids)
+            yield number, Piece(s[kept], line[kept], *ids)
             edge = edge + width
 
 

@@ -17,7 +17,7 @@ import xml.etree.ElementTree as ElementTree
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import List, NamedTuple, Sequence
+from typing import NamedTuple, Sequence
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -80,8 +80,6 @@ KINDS = (
 # A street is of one of so many kinds, the fastest for which it is long and straight enough.
 _CHOICES = 5
 _STREET = KINDS[1]
-# Junctions that a street leads over, in order; it ends at the first and at the last one.
-Way = List[str]
 
 
 @dataclass(eq=False)
@@ -155,8 +153,8 @@ def _draw(seed: int, options: str, made: str, name: str) -> None:
 
 def _net(
     random: np.random.Generator, name: str, folder: str
-) -> tuple[dict[str, complex], list[Way]]:
-    """Return the places of a net of netgenerate, and the pairs that a street joins."""
+) -> tuple[dict[str, complex], list[list[str]]]:
+    """Return the places of a net of netgenerate, and the pairs of them that a street joins."""
     size = [str(number) for number in random.integers(4, 7, 2)]
     block_m = 160.0 * 2.0 ** random.random()
     kinds = (
@@ -180,7 +178,7 @@ def _net(
 
 
 def _streets(
-    random: np.random.Generator, plan: dict[str, complex], pairs: list[Way]
+    random: np.random.Generator, plan: dict[str, complex], pairs: list[list[str]]
 ) -> list[_Street]:
     """Return streets over a plan, some of which is removed, and which is bent."""
     ways = list(pairs)
@@ -204,8 +202,8 @@ def _streets(
     ]
 
 
-def _joined(plan: dict[str, complex], ways: list[Way]) -> list[Way]:
-    """Return ways without dead ends and loops; two that only meet each other become one.
+def _joined(plan: dict[str, complex], ways: list[list[str]]) -> list[list[str]]:
+    """Return ways over places without dead ends and loops; two that only meet become one.
 
     If that one would bend too sharply, both are removed.
     """
@@ -223,7 +221,7 @@ def _joined(plan: dict[str, complex], ways: list[Way]) -> list[Way]:
                 ways.append(joined)
 
 
-def _line(plan: dict[str, complex], way: Way) -> np.ndarray:
+def _line(plan: dict[str, complex], way: list[str]) -> np.ndarray:
     """Return the points (N,) of a way, whose corners are rounded [m]."""
     places = np.array([plan[place] for place in way])
     degree = min(len(way) - 1, 2)

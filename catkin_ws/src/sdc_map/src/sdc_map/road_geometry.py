@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
+from typing import Iterator
 
 import numpy as np
 from numpy.polynomial import Polynomial
 from scipy.special import fresnel
+
+
+def sections(road: ElementTree.Element) -> Iterator[tuple[ElementTree.Element, float, float]]:
+    """Return the lane sections of a road with their start and end along it [m]."""
+    found = road.findall("lanes/laneSection")
+    ends = [*(float(section.attrib["s"]) for section in found), float(road.attrib["length"])]
+    return zip(found, ends, ends[1:])
 
 
 def cubics(pieces: list[ElementTree.Element], key: str) -> np.ndarray:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import os
-import shutil
 import subprocess
 import tempfile
 from typing import Callable, Sequence
@@ -100,5 +99,5 @@ def cached(source: bytes, make: Callable[[str], None]) -> str:
             os.rename(made, folder)
         except OSError:
             if not os.path.isdir(folder):
-                shutil.copytree(made, folder)
+                raise
     return folder
