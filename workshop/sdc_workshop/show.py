@@ -7,18 +7,25 @@ import textwrap
 from pathlib import Path
 from typing import TextIO
 
-from sdc_workshop.exam.answer import IN_FULL, PASSED, UNFINISHED, WAITING, WRONG, Answer
+from sdc_workshop.exam.answer import IN_FULL, NOT_JUDGED, PASSED, UNFINISHED, WAITING, WRONG, Answer
 from sdc_workshop.steps import Step, load_steps
 
 _BAR = 40
 # With this attempt, a hint also gives the line or the formula.
 _FULL_ATTEMPT = 3
-_SIGNS = {PASSED: ("✓", "32"), WRONG: ("✗", "31"), UNFINISHED: ("·", "33"), WAITING: ("○", "33")}
-_PLAIN_SIGNS = {PASSED: "+", WRONG: "x", UNFINISHED: ".", WAITING: "o"}
+# Of each status: the sign, the same in ASCII, and the colour.
+_SIGNS = {
+    PASSED: ("✓", "+", "32"),
+    WRONG: ("✗", "x", "31"),
+    UNFINISHED: ("·", ".", "33"),
+    WAITING: ("○", "o", "33"),
+    NOT_JUDGED: ("?", "?", "33"),
+}
 _WORDS = {
     WRONG: "is not right yet",
     UNFINISHED: "is not written yet",
     WAITING: "cannot be checked yet",
+    NOT_JUDGED: "was not judged",
 }
 
 
@@ -45,11 +52,10 @@ class Show:
 
     def step(self, step: Step, answer: Answer) -> None:
         """Print one line about a step."""
-        sign, colour = _SIGNS[answer.status]
-        if self._plain:
-            sign = _PLAIN_SIGNS[answer.status]
+        sign, plain, colour = _SIGNS[answer.status]
+        sign = self._coloured(plain if self._plain else sign, colour)
         note = {WAITING: "   (waits)", UNFINISHED: "   (to be written)"}.get(answer.status, "")
-        self._line(f" {self._coloured(sign, colour)} {step.id:22} {step.title}{note}")
+        self._line(f" {sign} {step.id:22} {step.title}{note}")
         if answer.status == PASSED:
             # An experiment has a result that is worth reading.
             self._field("predicted", answer.expected)
@@ -145,7 +151,7 @@ def first_open(steps: list, statuses: dict) -> Step | None:
         steps: the steps
         statuses: by step id
     """
-    for wanted in ((WRONG,), (UNFINISHED, WAITING)):
+    for wanted in ((WRONG,), (UNFINISHED, WAITING, NOT_JUDGED)):
         for step in steps:
             if statuses.get(step.id) in wanted:
                 return step

@@ -5,22 +5,24 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
 
 import pytest
 
 from sdc_workshop import progress
 from sdc_workshop.check import end, stamps
-from sdc_workshop.exam import process
-from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer
+from sdc_workshop.exam import examination, process
+from sdc_workshop.exam.answer import NOT_JUDGED, PASSED, UNFINISHED, WAITING, WRONG, Answer
 from sdc_workshop.exam.examination import Examination
 from sdc_workshop.exam.output import crash, meaning
 from sdc_workshop.exam.probes import library_probe
-from sdc_workshop.exam.process import Program, marked
+from sdc_workshop.exam.process import NotJudged, Program, marked
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
 from sdc_workshop.show import Show
 from sdc_workshop.steps import StepError, chosen, find_step, load_steps
+from sdc_workshop.temporary import temporary_folder
 from sdc_workshop.workspace import PROJECT, make, solve, solved_steps, write
 
 pytestmark = pytest.mark.slow(10)
@@ -323,3 +325,39 @@ def test_traceback_is_reduced_to_the_line_of_the_students_file(tmp_path, text, l
     assert found.line == line
     assert words in meaning(found)
     assert crash("all is well\n", script) is None
+
+
+def test_folders_that_killed_commands_have_left_are_removed(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    code = (
+        "import os; from sdc_workshop.temporary import temporary_folder\n"
+        "with temporary_folder('of_a_test_'): os.kill(os.getpid(), 9)"
+    )
+    environment = {**os.environ, "TMPDIR": str(tmp_path), "PYTHONPATH": str(PROJECT / "workshop")}
+    subprocess.run([sys.executable, "-c", code], env=environment, check=False)
+    (left,) = tmp_path.iterdir()
+    with temporary_folder("of_a_test_") as living, temporary_folder("of_a_test_") as new:
+        assert {*tmp_path.iterdir()} == {living, new} and left not in (living, new)
+    assert [*tmp_path.iterdir()] == []
+
+
+def test_program_that_gets_no_processor_is_not_judged(folder, monkeypatch):
+    """The machine is busy: the program computes, and got too little time for it."""
+    loop = "import time; time.sleep(0.2)\nwhile True: pass"
+    with Program([sys.executable, "-c", loop], dict(os.environ)) as program:
+        monkeypatch.setattr(Program, "activity", lambda self, of_all=False: (0.01, True))
+        with pytest.raises(NotJudged):
+            program.wait(0.4)
+        with pytest.raises(NotJudged):
+            program.wait_until(lambda: False, 0.4)
+    step = find_step("hello")
+    monkeypatch.setattr(examination, "hello_answer", raised(NotJudged))
+    with Stage(Student(folder)) as stage:
+        assert Examination(stage.student, stage).judge([step])[step.id].status == NOT_JUDGED
+
+
+def raised(error):
+    def function(*_):
+        raise error
+
+    return function

@@ -38,7 +38,7 @@ def prepend(folder, name, code):
 
 
 def greedy(folder):
-    """Start processes, fill the memory and fill the disk: one workspace is built for the three."""
+    """Use up processes, memory, disk and sockets: one workspace is built for all of them."""
     sleeper = f"setsid sleep {SLEEPER_S} &"
     hello(folder, sleeper, "bomb() { bomb | bomb & }", "bomb", "sleep 30")
     prepend(folder, f"{LIBRARY}/pid.py", 'x = []\nwhile True:\n    x.append(b"x" * (1 << 26))\n')
@@ -53,6 +53,14 @@ def greedy(folder):
         "except OSError:\n"
         "    time.sleep(1)\n"
         "    raise\n",
+    )
+    prepend(
+        folder,
+        f"{LIBRARY}/steering/stanley.py",
+        "import os, socket, time\n"
+        "if any(os.fork() == 0 for _ in range(4)) or True:\n"
+        "    kept = [socket.socketpair() for _ in range(400)]\n"
+        "    time.sleep(2)\n",
     )
 
 
@@ -159,6 +167,7 @@ HOSTILE = {
         "controller-2.4",
         ["controller-2.4: (the disk space was filled|more was written than allowed)"],
     ),
+    "socket_opener": (greedy, "controller-2.7", ["more than 1000 sockets were opened"]),
     "spy": (
         several,
         "hello",

@@ -12,6 +12,7 @@ PASSED = "passed"
 WRONG = "wrong"
 UNFINISHED = "unfinished"  # the student has not written anything there yet
 WAITING = "waiting"  # an earlier step must be fixed before this one can be checked
+NOT_JUDGED = "not judged"  # the machine was too busy
 
 # In a hint: what follows gives the line or the formula away. Show keeps it for the third attempt.
 IN_FULL = "In full: "
@@ -55,7 +56,7 @@ def listed(
 class Answer:
     """The answer about a step: its status, and as in Problem what is wrong."""
 
-    status: str  # PASSED, WRONG, UNFINISHED or WAITING
+    status: str  # PASSED, WRONG, UNFINISHED, WAITING or NOT_JUDGED
     expected: str = ""  # what was expected
     seen: str = ""  # what was seen instead
     hint: str = ""  # how to fix it

@@ -52,7 +52,8 @@ class Asked:
             end.settimeout(None)
         with theirs:
             command = ["/usr/bin/env", "python3", library_probe.__file__]
-            self.program = stage.program(command, theirs, PYTHONPATH=python_path)
+            environment = stage.environment(PYTHONPATH=python_path)
+            self.program = stage.start(command, environment, stdin=theirs)
 
     def __enter__(self) -> Asked:
         return self

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 _PROBES = Path(__file__).with_name("probes")
 _MESSAGE_MISTAKES = Path(__file__).with_name("message_mistakes.yaml")
-_TIMEOUT_S = 60
+_TIMEOUT_S = 20.0
 _READABLE = "a launch file that roslaunch can read"
 # (key of launch_probe.py, attribute of <node>, what it is)
 _ATTRIBUTES = (

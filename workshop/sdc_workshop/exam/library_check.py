@@ -17,6 +17,7 @@ from sdc_workshop.exam.answer import Problem, in_full, listed
 from sdc_workshop.exam.asked import Asked, NoAnswer, Remote
 from sdc_workshop.exam.output import last_line
 from sdc_workshop.exam.probes import library_probe
+from sdc_workshop.exam.process import NotJudged
 from sdc_workshop.exam.region_check import RegionCheck
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.variant import Variant
@@ -54,34 +55,38 @@ class LibraryCheck(RegionCheck):
     def problems(self, variant: Variant, stage: Stage) -> list:
         """See RegionCheck.problems."""
         path, python_path = stage.build(variant)
-        known = [row["call"] for row in self._rows]
-        other = {name: library_probe.varied(one, stage.seed) for name, one in self._given.items()}
-        varied = [library_probe.varied(call, stage.seed) for call in known]
+        given, calls = self._given, [row["call"] for row in self._rows]
         with Asked(stage, self._module, python_path) as asked:
+            wrong, broken = self._differences(asked, given, calls, path, variant)
             found: dict = {}
-            got, broken = self._answers(asked, self._given, known, path, variant)
-            names = library_probe.names_for(self._module, self._given, {})
-            for row, one in zip(self._rows, got):
-                wanted = library_probe.plain(library_probe.evaluate(row["call"], names))
-                if row["todo"] not in found and not same(one, wanted):
-                    problem = self._problem(row, one, wanted, names)
-                    if problem is not None:
-                        found[row["todo"]] = problem
+            for row, _, got, right, names in wrong:
+                problem = self._problem(row, got, right, names)
+                if problem is not None:
+                    found.setdefault(row["todo"], problem)
             if found or broken is not None:
                 return [*found.values()] or [broken]
-            got, broken = self._answers(asked, other, varied, path, variant)
+            given = {name: library_probe.varied(one, stage.seed) for name, one in given.items()}
+            calls = [library_probe.varied(call, stage.seed) for call in calls]
+            wrong, broken = self._differences(asked, given, calls, path, variant)
         if broken is not None:
             return [broken]
-        names = library_probe.names_for(self._module, other, {})
-        for row, call, one in zip(self._rows, varied, got):
-            wanted = library_probe.plain(library_probe.evaluate(call, names))
-            if not same(one, wanted):
-                texts = {"got": _shown("value", one), "right": _shown("value", wanted)}
-                texts["law"] = in_full(self._laws.get(row["todo"]))
-                problem = listed("usual_arguments", row["todo"], call=call, **texts)
-                stage.report(f"{variant.name}: {problem.seen}, as if they were written into it")
-                return [problem]
+        for row, call, got, right, _ in wrong[:1]:
+            texts = {"got": _shown("value", got), "right": _shown("value", right)}
+            texts["law"] = in_full(self._laws.get(row["todo"]))
+            problem = listed("usual_arguments", row["todo"], call=call, **texts)
+            stage.report(f"{variant.name}: {problem.seen}, as if they were written into it")
+            return [problem]
         return []
+
+    def _differences(
+        self, asked: Asked, given: dict, calls: list, path: Path, variant: Variant
+    ) -> tuple[list, Problem | None]:
+        """Return what is wrong: (row, call, result, right result, names); and what ended it."""
+        found, broken = self._answers(asked, given, calls, path, variant)
+        names = library_probe.names_for(self._module, given, {})
+        rights = [library_probe.plain(library_probe.evaluate(call, names)) for call in calls]
+        rows = zip(self._rows, calls, found, rights)
+        return [(*row, names) for row in rows if not same(row[2], row[3])], broken
 
     def _answers(
         self, asked: Asked, given: dict, calls: list, path: Path, variant: Variant
@@ -98,6 +103,8 @@ class LibraryCheck(RegionCheck):
                 hint = "Is there a loop that never ends?"
                 return found, Problem("a result", str(error), hint)
             output = asked.program.output
+        except NotJudged:
+            raise
         except Exception:  # noqa: BLE001  what a student's function returns may cause any
             output = traceback.format_exc()
         hint = (

@@ -87,7 +87,7 @@ class NodeCheck(RegionCheck):
         found = self.crash_problem(node, variant)
         if found is not None:
             return found
-        if how in ("busy", "late"):
+        if how == "busy":
             node.stage.report("it never got ready, and was ended")
             return listed("never_ready", node_name=self.node_name, loop=_ENDLESS_LOOP)
         missing = _MISSING_PARAMETER.search(node.program.output)

@@ -6,7 +6,6 @@ Such a program may crash, loop for ever, start other programs, or wait for ever;
 from __future__ import annotations
 
 import contextlib
-import math
 import os
 import signal
 import socket
@@ -37,6 +36,10 @@ _MAX_OUTPUT = 200_000
 _RUNNING = (psutil.STATUS_RUNNING, psutil.STATUS_DISK_SLEEP)
 
 
+class NotJudged(Exception):
+    """The machine is too busy to tell whether a program is right."""
+
+
 class Program:
     """A running program and its output. The end of the `with` block ends it.
 
@@ -55,7 +58,7 @@ class Program:
         command: Sequence[object],
         environment: dict,
         folder: Path | None = None,
-        stdin: socket.socket | int = subprocess.DEVNULL,
+        stdin: socket.socket | None = None,
     ):
         self.command = [str(word) for word in command]
         self.mark = f"{os.getpid()}-{time.monotonic_ns()}"
@@ -66,7 +69,7 @@ class Program:
             self.command,
             env={**environment, MARK: f"{os.environ.get(MARK, '')}/{self.mark}"},
             cwd=folder,
-            stdin=stdin,
+            stdin=stdin or subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             start_new_session=True,
@@ -111,8 +114,11 @@ class Program:
         """Wait until `condition()` is true, or will not become true any more.
 
         Returns:
-            "true", "ended" (the program has ended), "idle" (it waits for something), "busy" (it
-            used more than `most_cpu_s`) or "late" (the timeout)
+            "true", "ended" (the program has ended), "idle" (it waits for something) or "busy" (it
+            used more than `most_cpu_s`)
+
+        Raises:
+            NotJudged: none of these until the timeout
         """
         limit = time.monotonic() + timeout_s
         cpu_at_start, _ = self.activity()
@@ -133,14 +139,21 @@ class Program:
             if cpu - cpu_at_start > most_cpu_s:
                 return "busy"
             if now > limit + self.waited_s:
-                return "late"
+                raise NotJudged
 
-    def wait(self, timeout_s: float = TIMEOUT_S, most_cpu_s: float = math.inf) -> int | None:
-        """Return its exit status if it ends in time, else None; it may use so much CPU time [s]."""
+    def wait(self, timeout_s: float = TIMEOUT_S) -> int | None:
+        """Return its exit status if it ends in time, else None; half of the time is to compute.
+
+        Raises:
+            NotJudged: it still computes at the end of the time, but has got little of a processor
+        """
         limit = time.monotonic() + timeout_s
-        while self.status is None and time.monotonic() < limit + self.waited_s:
-            if self.activity()[0] > most_cpu_s:
-                return None
+        while self.status is None and self.activity()[0] < 0.5 * timeout_s:
+            if time.monotonic() > limit + self.waited_s:
+                cpu_s, running = self.activity(of_all=True)
+                if running and cpu_s < 0.5 * timeout_s and self.status is None:
+                    raise NotJudged
+                break
             time.sleep(_POLL_S)
         if self.status is not None:
             self._reader.join(timeout=2.0)
@@ -167,12 +180,19 @@ class Program:
             return 1e-9 * int(numbers[1])
         return 0.0
 
-    def activity(self) -> tuple:
-        """Return its CPU time [s], and whether it runs or waits for a disk."""
+    def activity(self, of_all: bool = False) -> tuple:
+        """Return its CPU time [s], and whether it runs or waits for a processor or a disk.
+
+        Args:
+            of_all: of all processes that it has started, too
+        """
+        total_s, running = 0.0, False
         with contextlib.suppress(psutil.Error):
-            user, system = self.main.cpu_times()[:2]
-            return user + system, self.main.status() in _RUNNING
-        return 0.0, False
+            for process in (self.main, *(self.main.children(recursive=True) if of_all else ())):
+                with contextlib.suppress(psutil.NoSuchProcess):
+                    total_s += sum(process.cpu_times()[:2])
+                    running = running or process.status() in _RUNNING
+        return total_s, running
 
     def interrupt(self) -> None:
         """Send what Ctrl-C sends."""

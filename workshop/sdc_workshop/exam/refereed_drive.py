@@ -30,13 +30,15 @@ from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.report.console_progress import closing_line
 from sdc_sim.report.writer import write_pages, write_report
 from sdc_sim.ros.picture_feed import KEY_VARIABLE
-from sdc_workshop.exam.process import Program
+from sdc_workshop.exam.process import NotJudged, Program
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.workspace import PACKAGE, SOLUTION
 
 START_TIMEOUT_S = 60.0
-# The drive ends after this wall-clock time without a command.
+# The drive ends after this wall-clock time without a command, and so much processor time [s]; but
+# only the former counts when no program has computed for so many looks.
 STALL_S = 30.0
+_IDLE_LOOKS = 20
 _POLL_S = 0.05
 # The last command may arrive after the end of the drive.
 _LATE_S = 0.2
@@ -77,9 +79,9 @@ def refereed_drive(
     """
     assert stage.sandbox is not None
     folder = stage.folder / f"drive_{report.parent.name}"
-    folder.mkdir()
+    folder.mkdir(exist_ok=True)  # the second attempt of a drive that was not judged
     log = stage.hidden / f"events_{report.parent.name}"
-    log.touch()
+    log.write_text("", encoding="ascii")
     world = [*world, f"waypoints_path:={held_out or route}"]
     with _world(stage, log, world) as simulator, log.open(encoding="ascii") as events:
         own_report = stage.sandbox.scratch(stage.folder) / "report.json"
@@ -115,7 +117,7 @@ def _world(stage: Stage, log: Path, more: Sequence[str]) -> Program:
     while not needed <= _publishers(stage):
         if world.status is not None or time.monotonic() > limit:
             world.end()
-            raise RuntimeError(f"the simulator does not start: {world.output[-500:]}")
+            raise NotJudged(f"the simulator does not start: {world.output[-500:]}")
         time.sleep(_POLL_S)
     return world
 
@@ -177,19 +179,25 @@ class _Referee:
 
     def watch(self, world: Program, stack: Program) -> None:
         """Follow the drive to its end."""
-        stall_s, count = time.monotonic() + STALL_S, 0
+        stall_s, count, idle, start_s = time.monotonic() + STALL_S, 0, 0, 0.0
         try:
             while True:
                 self.read()
                 self._look_for_forgery()
                 if self._commands > count:
                     count, stall_s = self._commands, time.monotonic() + STALL_S
+                    idle, start_s = 0, 0.0
                 if world.status is not None:
                     self._report("the simulator was ended by another program")
                     return
-                stalled = time.monotonic() > stall_s
-                if self._evaluator.over or stack.status is not None or stalled:
+                if self._evaluator.over or stack.status is not None:
                     return
+                if time.monotonic() > stall_s:
+                    cpu_s, runs = stack.activity(of_all=True)
+                    start_s = start_s or cpu_s
+                    idle = 0 if runs or world.activity(of_all=True)[1] else idle + 1
+                    if idle > _IDLE_LOOKS or cpu_s - start_s > STALL_S:
+                        return
                 time.sleep(_POLL_S)
         finally:
             self._missions.subscriber.unregister()

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import socket
 import subprocess
 import tempfile
 from dataclasses import dataclass
@@ -41,6 +40,7 @@ MAX_TASKS = 400  # processes and threads
 MAX_ADDRESS_SPACE = 6 << 30  # bytes, one process
 _CHECK_ADDRESS_SPACE = 3 << 30  # bytes, one process of the check
 MAX_FILE = 100 << 20  # bytes, one file
+MAX_OPEN = 1024  # files and sockets, one process
 MAX_CPU_S = 300  # one process
 _PROJECT_FOLDERS = ("catkin_ws", "world_ws", "workshop", "docker", ".venv")
 # Of the project, a student's program sees the world, the configuration that students get, and the
@@ -126,14 +126,9 @@ class Sandbox:
     report: Callable[[str, str], None] = lambda text, path: None  # see Watch
 
     def program(
-        self,
-        command: Sequence,
-        environment: dict,
-        folder: Path,
-        stdin: socket.socket | int = subprocess.DEVNULL,
-        **options: Any,
+        self, command: Sequence, environment: dict, folder: Path, stdin: Any = None, **options: Any
     ) -> Program:
-        """Start a program; see `command`. It is ended when it meets a limit."""
+        """Start a program; see `command` and Program. It is ended when it meets a limit."""
         inner = self.command(command, environment, folder, **options)
         started = Program(inner, dict(os.environ), stdin=stdin)
         started.watch = Watch(started, self.scratch(folder), self.report)
@@ -183,7 +178,8 @@ class Sandbox:
             *("--chdir", str(self.workspace if building else folder), "--"),
             *as_user(self.user_id),
             *("prlimit", f"--nproc={MAX_TASKS + own_tasks()}", f"--as={MAX_ADDRESS_SPACE}"),
-            *(f"--fsize={MAX_FILE}", f"--cpu={MAX_CPU_S}", "--core=0", "--"),
+            *(f"--fsize={MAX_FILE}", f"--cpu={MAX_CPU_S}", "--core=0"),
+            *(f"--nofile={MAX_OPEN}", "--"),
             *("/usr/bin/env", "-i", *(f"{name}={value}" for name, value in own.items())),
             *("sh", "-c", _START, "sh", *map(str, command)),
         ]

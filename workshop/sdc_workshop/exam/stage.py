@@ -8,9 +8,6 @@ import logging
 import os
 import secrets
 import shutil
-import socket
-import subprocess
-import tempfile
 from pathlib import Path
 from random import Random
 from typing import TYPE_CHECKING, Any, Sequence
@@ -27,6 +24,7 @@ from sdc_workshop.exam.variant import make as make_variant
 from sdc_workshop.regions import RegionError
 from sdc_workshop.steps import all_steps
 from sdc_workshop.student_file import FileError, values
+from sdc_workshop.temporary import temporary_folder
 from sdc_workshop.workspace import PACKAGE, SOLUTION, WORLD, solution
 
 if TYPE_CHECKING:
@@ -70,7 +68,7 @@ class Stage:
 
     def __enter__(self) -> Stage:
         self.folder, self.hidden = (
-            Path(self._closing.enter_context(tempfile.TemporaryDirectory(prefix=prefix)))
+            self._closing.enter_context(temporary_folder(prefix))
             for prefix in ("workshop_check_", "workshop_referee_")
         )
         (self.folder / "tmp").mkdir()
@@ -231,33 +229,21 @@ class Stage:
                 return make_variant(name, text, ()).text
         return solution(name).read_text(encoding="utf-8")
 
-    def program(
-        self,
-        command: Sequence[object],
-        stdin: socket.socket | int = subprocess.DEVNULL,
-        **environment: str,
-    ) -> Program:
+    def program(self, command: Sequence[object], **environment: str) -> Program:
         """Start a command in the student's environment."""
-        return self.start(command, self.environment(**environment), stdin)
+        return self.start(command, self.environment(**environment))
 
-    def start(
-        self,
-        command: Sequence[object],
-        environment: dict,
-        stdin: socket.socket | int = subprocess.DEVNULL,
-        **options: Any,
-    ) -> Program:
+    def start(self, command: Sequence[object], environment: dict, **options: Any) -> Program:
         """Start a command that the student decides about, with only these environment variables.
 
         Args:
             command: the program and its arguments
             environment: its environment variables
-            stdin: its standard input
             options: see Sandbox.program
         """
         if self.sandbox is None:
-            return Program(command, environment, self.folder, stdin)
-        return self.sandbox.program(command, environment, self.folder, stdin, **options)
+            return Program(command, environment, self.folder, **options)
+        return self.sandbox.program(command, environment, self.folder, **options)
 
     def configuration(self, name: str) -> dict:
         """Return the parameters of the student's config/NAME.yaml, completed by the solution's."""

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 # The command of a process beside each program, which shows whether the program kills others.
 BYSTANDER = ("sleep", "98989")
 MAX_PROCESSES = 150
+# The kernel keeps up to some 400 kB for each, which no process shows; a drive uses some 200.
+MAX_SOCKETS = 1000
 _POLL_S = 0.1
 # Exit status of bwrap when a signal of the program's own has killed it.
 _KILLED = 128 + signal.SIGKILL
@@ -34,6 +36,7 @@ _TRACES = (
     (r"^MemoryError|[Cc]annot allocate memory", "more memory than allowed was asked for"),
     (r"No space left on device|File too large", "more was written than allowed"),
     (r"Resource temporarily unavailable|can't start new thread", "more processes than allowed"),
+    (r"Too many open files", "more files and sockets than allowed were opened"),
     (r"^ConnectionRefusedError|Network is unreachable", "a network connection was refused"),
 )
 _MISSING = re.compile(
@@ -92,6 +95,9 @@ class Watch(threading.Thread):
     def _excess(self, tree: list) -> str:
         if len(tree) > MAX_PROCESSES:
             return f"more than {MAX_PROCESSES} processes were started, and ended"
+        sockets = int(Path("/proc/net/sockstat").read_text(encoding="ascii").split()[2])
+        if sockets > MAX_SOCKETS:
+            return f"more than {MAX_SOCKETS} sockets were opened, and the programs ended"
         memory: list = []
         matching(tree, lambda process: memory.append(process.memory_info().rss))
         root = f"/proc/{tree[-1].pid}/root" if tree else ""

@@ -12,6 +12,7 @@ workshop. Without a STEP, all its steps are checked.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import shutil
@@ -20,8 +21,9 @@ from dataclasses import asdict
 from pathlib import Path
 
 from sdc_common.processes import isolate_network
-from sdc_workshop.exam.answer import Answer
+from sdc_workshop.exam.answer import NOT_JUDGED, Answer
 from sdc_workshop.exam.examination import Examination
+from sdc_workshop.exam.process import NotJudged
 from sdc_workshop.exam.sandbox import Sandbox
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
@@ -32,6 +34,7 @@ from sdc_workshop.workspace import WORLD_SETUP
 _ROUNDS = 200_000
 BUILD = "the build"
 UNKNOWN = "the drive on the unknown route"
+_NOT_JUDGED = "not judged, the machine was too busy; grade again"
 
 
 def build(stage: Stage, record: Record, result: Path, limit_s: float) -> None:
@@ -46,8 +49,12 @@ def build(stage: Stage, record: Record, result: Path, limit_s: float) -> None:
     environment["HOME"] = os.environ.get("HOME", "/")
     options = {} if stage.sandbox is None else {"building": True}
     with stage.start(command, environment, **options) as program:
-        if program.wait(limit_s) is None:
-            record.note(f"{BUILD} took longer than its time limit and was ended")
+        late = True
+        while late:
+            with contextlib.suppress(NotJudged):
+                if program.wait(limit_s) is None:
+                    record.note(f"{BUILD} took longer than its time limit and was ended")
+                late = False
         (result / BUILD_LOG).write_text(program.output, encoding="utf-8")
 
 
@@ -81,12 +88,17 @@ def main() -> None:
 
         def save(step: Step, answer: Answer) -> None:
             record.answer(step.id, asdict(answer))
+            if answer.status == NOT_JUDGED:
+                record.note(f"{step.id} was {_NOT_JUDGED}")
 
         examination.judge(steps, save, on_begin=lambda step: record.begin(step.id))
         if secret and (examination.report or {}).get("driving_score"):
             record.begin(UNKNOWN)
             # The student's programs see the road when they drive it, and never its traffic.
-            examination.drive_unknown(lab)
+            try:
+                examination.drive_unknown(lab)
+            except NotJudged:
+                record.note(f"{UNKNOWN} was {_NOT_JUDGED}")
         for name in ("report", "unknown"):
             for path in sorted((stage.hidden / name).glob("report*")):
                 if path.is_file():

@@ -7,15 +7,14 @@ import hashlib
 import json
 import os
 import sys
-import tempfile
 import time
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Callable
 
-from sdc_workshop.exam.answer import PASSED
+from sdc_workshop.exam.answer import NOT_JUDGED, PASSED
 from sdc_workshop.exam.limits import GROUP, control_groups, entering
-from sdc_workshop.exam.process import Program, marked
+from sdc_workshop.exam.process import Program
 from sdc_workshop.exam.sandbox import outer_command
 from sdc_workshop.grading.copies import written_tokens
 from sdc_workshop.grading.copying import copy_workspace
@@ -32,10 +31,9 @@ from sdc_workshop.grading.record import (
 )
 from sdc_workshop.show import first_open
 from sdc_workshop.steps import WORKSHOP, load_steps
+from sdc_workshop.temporary import temporary_folder
 from sdc_workshop.workspace import PROJECT, WORLD, package_of, solved_steps, version
 
-# A check with more processes than these is ended.
-MAX_PROCESSES = 150
 _POLL_S = 0.2
 _CHECK_LOG = "check.log"
 _GRADE = "grade.json"
@@ -118,8 +116,8 @@ def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grad
     found = Grade(name, folder, lab=conditions.lab)
     result.mkdir(parents=True, exist_ok=True)
     notes, links, key = [], [], ""
-    with tempfile.TemporaryDirectory(prefix="workshop_grade_") as temporary:
-        workspace = Path(temporary) / "workspace"
+    with temporary_folder("workshop_grade_") as temporary:
+        workspace = temporary / "workspace"
         try:
             links = copy_workspace(folder, workspace, conditions.lab)
             key = _key(workspace, conditions)
@@ -130,7 +128,7 @@ def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grad
             _clear(result)
             found.solved = solved_steps(workspace, conditions.lab)
             found.tokens = written_tokens(workspace / "src", conditions.lab)
-            _examine(result, Path(temporary), conditions)
+            _examine(result, temporary, conditions)
         except (HandedInError, OSError, _Ended) as error:
             notes.append(str(error))
         except Exception as error:  # noqa: BLE001  a student's files may cause any; others go on
@@ -146,14 +144,15 @@ def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grad
     found.contained += [
         f"{step}: {text}"
         for step, text, path in state["contained"]
-        if not path.startswith(temporary)
+        if not path.startswith(str(temporary))
     ]
     found.note, found.contained = printable(found.note), [*map(printable, found.contained)]
     for name in ("report", "unknown"):
         with contextlib.suppress(OSError, ValueError):
             text = (result / f"{name}.json").read_text(encoding="utf-8")
             setattr(found, name, json.loads(text))
-    if key and not conditions.stopped():
+    statuses = [answer["status"] for answer in found.answers.values()]
+    if key and not conditions.stopped() and NOT_JUDGED not in statuses:
         write_json(result / _GRADE, {"key": key, **asdict(found), "folder": str(folder)})
     return found
 
@@ -226,6 +225,4 @@ def _wait(program: Program, until: float, stopped: Callable[[], bool], result: P
         if time.monotonic() > until + program.waited_s:
             step = read(result)[1]["step"]
             raise _Ended(f"the check took longer than its time limit and was ended at {step}")
-        if len(marked(program.mark)) > MAX_PROCESSES:
-            raise _Ended(f"more than {MAX_PROCESSES} processes were started; the check was ended")
-        program.wait(_POLL_S)
+        time.sleep(_POLL_S)

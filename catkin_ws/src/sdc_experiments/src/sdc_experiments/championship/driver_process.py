@@ -20,7 +20,15 @@ from typing import Any, Sequence
 import rospkg
 
 from sdc_common.driving import Command, Observation, Path
-from sdc_experiments.championship.host import ANSWER, HELLO, MAX_MESSAGE, READY, REFUSED
+from sdc_experiments.championship.host import (
+    ANSWER,
+    FULL,
+    HELLO,
+    MAX_MESSAGE,
+    READY,
+    REFUSALS,
+    REFUSED,
+)
 from sdc_experiments.championship.mission import DriverMission
 from sdc_experiments.sandbox import USER_IDS, SandboxError, as_user, bound, identity, system
 from sdc_map.sumo_programs import maps_folder
@@ -37,6 +45,7 @@ _PACKAGES = ("sdc_common", "sdc_map", "sdc_sim", "sdc_package", "sdc_experiments
 _ENDS = {-signal.SIGSYS: "it called the system for what is forbidden: a program, thread or socket"}
 _ENDS[-signal.SIGXCPU] = _ENDS[-signal.SIGKILL] = "it used up its memory or processor time"
 _ENDS[0] = "it exited early"
+_ENDS[FULL] = "it was refused something when its output was full"
 
 
 class DriverError(Exception):
@@ -177,8 +186,11 @@ class DriverProcess:
             except OSError:
                 self._control.close()
         self._link.close()
-        lines = [one for one in self.output().splitlines() if one.startswith(REFUSED)]
-        return sorted(set(lines))[:9]
+        # The first line of each kind: a driver can print others, but none that push out these.
+        lines = self.output().splitlines()[::-1]
+        kinds = [f"{REFUSED} {kind}" for kind in REFUSALS]
+        found = {kind: one[:200] for one in lines for kind in kinds if one.startswith(kind)}
+        return sorted(found.values())
 
     def output(self) -> str:
         """Return what it has printed."""

@@ -53,6 +53,9 @@ _SET_OWNER = (8, 10, 15)
 # Audit events of Python that are refused and named before the kernel ends the process.
 _EVENTS = ("os.fork", "os.exec", "os.posix_spawn", "os.system", "os.kill", "subprocess", "socket")
 _FILE_EVENTS = ("open", "os.listdir", "os.scandir")
+REFUSALS = (*_EVENTS, "to open")
+# Status of a driver that is refused something when its log has no more room to name it.
+FULL = 3
 _READABLE = ("/usr/", "/lib", "/opt/ros/", "/dev/null", "/dev/urandom")
 
 
@@ -158,7 +161,10 @@ def _refuse(event: str, arguments: tuple) -> None:
         known = (*_READABLE, *filter(None, [*sys.path, *packages]))
         text = "" if path.startswith(known) else f"to open {path}"
     if text:
-        os.write(2, f"{REFUSED} {text}\n".encode())
+        try:
+            os.write(2, f"{REFUSED} {text}\n".encode())
+        except OSError:
+            os._exit(FULL)
         raise PermissionError(f"a driver is not allowed {text}")
 
 
