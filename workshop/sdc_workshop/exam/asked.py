@@ -37,13 +37,13 @@ class Asked:
     Args:
         stage: where it runs
         module: name of the module
-        python_path: finds it
+        environment: environment variables of the process
 
     Attributes:
         program: the process
     """
 
-    def __init__(self, stage: Stage, module: str, python_path: str):
+    def __init__(self, stage: Stage, module: str, environment: dict):
         self._stage, self._module = stage, module
         self._link, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._link.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, library_probe.MAX_MESSAGE)
@@ -52,7 +52,6 @@ class Asked:
             end.settimeout(None)
         with theirs:
             command = ["/usr/bin/env", "python3", library_probe.__file__]
-            environment = stage.environment(PYTHONPATH=python_path)
             self.program = stage.start(command, environment, stdin=theirs)
 
     def __enter__(self) -> Asked:
@@ -108,7 +107,7 @@ class Asked:
         kind, content = value["type"], value["is"]
         if isinstance(content, dict):
             fields = {name: self._restored(field) for name, field in content.items()}
-            return type(kind, (SimpleNamespace,), {})(**fields)
+            return fields if kind == "dict" else type(kind, (SimpleNamespace,), {})(**fields)
         if isinstance(content, str):
             return type(kind, (Remote,), {})(self, content)
         return np.array(content)

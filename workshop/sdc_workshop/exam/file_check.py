@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Iterator
 import yaml
 
 from sdc_workshop.exam.answer import PASSED, Answer, Problem, answered, listed, wrong
+from sdc_workshop.exam.asked import Asked, NoAnswer
 from sdc_workshop.exam.output import last_line
 from sdc_workshop.exam.probes.library_probe import evaluate
 from sdc_workshop.exam.region_check import RegionCheck, unreadable
@@ -74,16 +75,18 @@ class FileCheck(RegionCheck):
         folder, name, cases = stage.folder / "launch", Path(self.file).stem, self._table["node"]
         folder.mkdir(exist_ok=True)
         path = folder / Path(self.file).name
-        command = ["/usr/bin/env", "python3", _PROBES / "launch_probe.py", json.dumps(cases), path]
         environment, found = stage.launch_environment(), []
         # One after the other: a launch file can include any file that it sees.
         for text in (variant.text, self._solution):
             path.write_text(text, encoding="utf-8")
-            with stage.start(command, environment) as program:
-                if program.wait() != 0:
-                    yield listed("unreadable_launch", seen=last_line(program.output))
+            with Asked(stage, "launch_probe", environment) as asked:
+                try:
+                    asked.begin({})
+                    found.append(asked.ask("read(path, cases)", path=str(path), cases=cases))
+                except (NoAnswer, KeyError, TypeError, ValueError) as error:
+                    seen = str(error) or last_line(asked.program.output)
+                    yield listed("unreadable_launch", seen=seen)
                     return
-                found += json.loads(program.output.splitlines()[-1])
         path.unlink()
         student, solution = found
         if isinstance(student, str):

@@ -56,7 +56,7 @@ class LibraryCheck(RegionCheck):
         """See RegionCheck.problems."""
         path, python_path = stage.build(variant)
         given, calls = self._given, [row["call"] for row in self._rows]
-        with Asked(stage, self._module, python_path) as asked:
+        with Asked(stage, self._module, stage.environment(PYTHONPATH=python_path)) as asked:
             wrong, broken = self._differences(asked, given, calls, path, variant)
             found: dict = {}
             for row, _, got, right, names in wrong:

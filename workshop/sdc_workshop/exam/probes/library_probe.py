@@ -203,8 +203,9 @@ def described(value: Any, names: dict) -> object:
         return [described(one, names) for one in value]
     if isinstance(value, np.ndarray):
         content: object = value.tolist()
-    elif hasattr(value, "_asdict") or dataclasses.is_dataclass(value):
-        fields = value._asdict() if hasattr(value, "_asdict") else vars(value)
+    elif isinstance(value, dict) or hasattr(value, "_asdict") or dataclasses.is_dataclass(value):
+        fields = value._asdict() if hasattr(value, "_asdict") else value
+        fields = fields if isinstance(fields, dict) else vars(fields)
         content = {name: described(field, names) for name, field in fields.items()}
     else:
         one = plain(value)
