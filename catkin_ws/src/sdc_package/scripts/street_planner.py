@@ -10,12 +10,11 @@ from sdc_common.ros.node import LoopPublisher, every, parameter, refuse, watch_c
 from sdc_common.ros.refusal import refusing
 from sdc_common.ros.speed_reason_publisher import SpeedReasonPublisher
 from sdc_msgs.msg import ObstacleArray
+from sdc_package.street_settings import StreetSettings
 from sdc_package.behaviour.street_planner import StreetPlanner
-from sdc_package.behaviour.streets import StreetMargins
 from sdc_package.msg import LocalPath, Path, Waypoint
 from sdc_package.odometry import pose_and_speed
 from sdc_package.planner_inputs import PlannerInputs
-from sdc_package.planner_settings import PlannerSettings
 from sdc_map.network_file import load_network
 
 
@@ -26,13 +25,12 @@ class StreetPlannerNode:
         if parameter("hold_lane"):
             refuse("config/local_planner.yaml: hold_lane is for a route; leave it out on a map")
         try:
-            settings = PlannerSettings.read(parameter)
-            margins = StreetMargins(**parameter("streets"))
+            settings = StreetSettings.read(parameter)
             network = load_network(parameter("map"))
         except (TypeError, ValueError) as error:
             refuse(f"config/local_planner.yaml, config/street_planner.yaml: {error}")
-        self.inputs = PlannerInputs(self.answer, settings.traffic_lights)
-        self.planner = StreetPlanner(network, settings, margins, self.inputs.traffic_lights)
+        self.inputs = PlannerInputs(self.answer, settings.planner.traffic_lights)
+        self.planner = StreetPlanner(network, settings, self.inputs.traffic_lights)
         self.waypoints = np.empty((0, 2))
         self.limits = np.empty((0, 3))  # rows x, y and limit of the road [m, m, m/s]
         self.speed = 0.0

@@ -4,24 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from planned_roads import street_parameters
+from street_drives import TICK_NS
+from street_drives import new_planner as street_planner
 
 from sdc_common.driving import DetectedObstacle, Observation
-from sdc_common.geometry.route import Route
 from sdc_common.planning.stop_line import RED, StopLine
 from sdc_map.lane_graph import LaneGraph, drawn_places
 from sdc_map.map_file import map_file
 from sdc_map.mission import plan_mission
 from sdc_map.network_file import load_network
-from sdc_package.behaviour.manoeuvres import Manoeuvres, StayOnRoute
-from sdc_package.behaviour.street_planner import StreetPlanner, nearby
-from sdc_package.behaviour.streets import StreetMargins
-from sdc_package.planner_settings import PlannerSettings
-from sdc_package.traffic_lights import TrafficLightMonitor
 from sdc_testing.street_maps import bridge, needs_maps
 
 pytestmark = needs_maps
-TICK_NS = 50_000_000
 
 
 @pytest.fixture(scope="module", name="mission", params=["town", "town_left"])
@@ -32,15 +26,9 @@ def _mission(request):
     return network, plan_mission(graph, [goal], *start)
 
 
-def new_planner(mission, manoeuvres=Manoeuvres, lines=()):
-    parameters = street_parameters()
-    settings = PlannerSettings.read(parameters.__getitem__)
-    lights = TrafficLightMonitor(settings.traffic_lights)
-    lights.lines = dict(lines)
-    margins = StreetMargins(**parameters["streets"])
-    planner = StreetPlanner(mission[0], settings, margins, lights, manoeuvres=manoeuvres)
-    planner.follow(mission[1].points_m, mission[1].limits_mps)
-    return planner
+def new_planner(mission, **options):
+    network, way = mission
+    return street_planner(network, way.points_m, way.limits_mps, **options)
 
 
 def observation(mission, s_m, speed_mps, *obstacles, tick=1):
@@ -59,18 +47,20 @@ def standing_car(mission, s_m):
 
 def test_path_depends_on_the_present_speed_and_not_on_that_of_an_earlier_plan(mission):
     """A car that is fast so near to a standing one uses the gap rather than brakes hard."""
-    new, used = new_planner(mission, StayOnRoute), new_planner(mission, StayOnRoute)
+    new, used = new_planner(mission, keeps_route=True), new_planner(mission, keeps_route=True)
     fast = observation(mission, 20.0, 8.0, standing_car(mission, 36.0), tick=2)
-    used.plan(observation(mission, 20.0, 1.0, standing_car(mission, 36.0)))
+    for tick in (0, 1):  # it decides in every second plan
+        used.plan(observation(mission, 20.0, 1.0, standing_car(mission, 36.0), tick=tick))
     assert used.plan(fast).points == new.plan(fast).points
 
 
 def test_car_behind_a_standing_one_stops_and_names_it(mission):
-    planner = new_planner(mission, StayOnRoute)
+    planner = new_planner(mission, keeps_route=True)
     path = planner.plan(observation(mission, 20.0, 5.0, standing_car(mission, 36.0)))
     assert path.points[-1][2] == 0.0
     assert (planner.reason, planner.detail) == ("obstacle", "car 17")
-    planner.plan(observation(mission, 20.2, 5.0, tick=2))
+    for tick in (2, 3):
+        planner.plan(observation(mission, 20.2, 5.0, tick=tick))
     assert planner.reason != "obstacle"
     assert planner.detail == ""
 
@@ -78,7 +68,7 @@ def test_car_behind_a_standing_one_stops_and_names_it(mission):
 def test_car_stops_at_a_red_light_on_its_way(mission):
     line = observation(mission, 36.0, 0.0)
     lines = {1: StopLine(line.x_m, line.y_m, 1.75)}
-    planner = new_planner(mission, StayOnRoute, lines=lines)
+    planner = new_planner(mission, keeps_route=True, lines=lines)
     seen = replace(observation(mission, 20.0, 5.0), light_states={1: RED})
     assert planner.plan(seen).points[-1][2] == 0.0
 
@@ -103,13 +93,6 @@ def test_car_stops_only_for_what_is_on_the_level_of_its_route(over_the_bridge, z
     light = new_planner(over_the_bridge, lines={1: StopLine(0.0, -1.75, 1.75, z_m)}).plan(seen)
     other = DetectedObstacle(0.0, -1.75, 0.5 * np.pi, 4.5, 1.8, 0.0, 17, "car", z_m)
     seen = observation(over_the_bridge, 55.0, 7.0, other)
-    obstacle = new_planner(over_the_bridge, StayOnRoute).plan(seen)
+    obstacle = new_planner(over_the_bridge, keeps_route=True).plan(seen)
     for path in (light, obstacle):
         assert (min(speed_mps for *_, speed_mps in path.points) == 0.0) == stops
-
-
-@pytest.mark.parametrize(("speed", "is_near"), [(0.0, False), (20.0, True)])
-def test_only_those_are_looked_at_that_can_come_near_in_two_seconds(speed, is_near):
-    straight = Route(np.column_stack([np.arange(201.0), np.zeros(201)]))
-    vehicle = DetectedObstacle(50.0, 0.0, 0.0, 4.7, 2.0, speed)
-    assert (nearby(straight, 0.0, [vehicle], 20.0) == [vehicle]) == is_near

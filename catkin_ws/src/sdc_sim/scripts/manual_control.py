@@ -22,13 +22,13 @@ from std_srvs.srv import Trigger
 from sdc_common.ros.conversion import command_message
 from sdc_common.ros.node import LoopPublisher, parameter, refuse, watch_connections
 from sdc_common.ros.odometry import true_odometry_topic
+from sdc_common.ros.pictures import pixels_of
 from sdc_common.ros.refusal import refusing
 from sdc_common.window import ImageWindow, NoDisplay
 from sdc_sim.manual_control import keyboard
 from sdc_sim.manual_control.drive_state import DriveState
 from sdc_sim.manual_control.hud import Hud
 from sdc_sim.manual_control.map_view import MapView
-from sdc_sim.ros.picture_messages import pixels_of
 from sdc_sim.ros.waypoint_messages import waypoint_rows
 
 EGO = "/carla/ego_vehicle"

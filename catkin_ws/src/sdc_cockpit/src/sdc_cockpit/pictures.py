@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 from sensor_msgs.msg import Image
 
+from sdc_common.ros.pictures import pixels_of
 from sdc_common.validation import check_positive
-from sdc_sim.ros.picture_messages import pixels_of
 
 # A picture that is early by this share of the period is not too early: pictures arrive unevenly.
 _EARLY_SHARE = 0.4

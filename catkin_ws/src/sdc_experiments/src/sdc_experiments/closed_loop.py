@@ -18,15 +18,14 @@ from sdc_common.geometry.segments import use_machine_code
 from sdc_common.planning.stop_line import StopLine
 from sdc_experiments.configuration import node_parameters, planner_parameters
 from sdc_experiments.recorder import DriveRecorder, stop_lines_of
-from sdc_package.behaviour.manoeuvres import Manoeuvres, StayOnRoute
 from sdc_package.behaviour.street_planner import StreetPlanner
-from sdc_package.behaviour.streets import StreetMargins
 from sdc_package.car import Car, MissionDriver, PathPlanner
 from sdc_package.controller import Controller
 from sdc_package.planner_settings import PlannerSettings
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import load_steering, section_of
 from sdc_package.steering.method import Steering
+from sdc_package.street_settings import StreetSettings
 from sdc_package.traffic_lights import TrafficLightMonitor
 from sdc_sim.evaluation.drive_evaluation import DriveEvaluation
 from sdc_sim.evaluation.rules import EvaluationRules
@@ -189,11 +188,9 @@ def own_planner(
         return MissionDriver(points_m, settings, lines, missions, road_mps), points_m
     lights = TrafficLightMonitor(settings.traffic_lights)
     lights.lines = dict(lines)
-    manoeuvres: type[Manoeuvres | StayOnRoute] = Manoeuvres
-    if lacking == "behaviour":
-        manoeuvres = StayOnRoute
-    margins = StreetMargins(**limits["streets"])
-    driver = StreetPlanner(missions.network, settings, margins, lights, missions, manoeuvres)
+    keeps_route = lacking == "behaviour"
+    rules = StreetSettings.read(limits.__getitem__)
+    driver = StreetPlanner(missions.network, rules, lights, missions, keeps_route)
     driver.follow(points_m, road_mps)
     if not LACKS[lacking]:
         return driver, points_m

@@ -32,7 +32,7 @@ from sdc_map.crossings import crossings, places_along
 from sdc_map.lane_graph import LaneGraph
 from sdc_map.map_file import map_file, town_seeds
 from sdc_map.network_file import MapError, load_network
-from sdc_package.behaviour.situation import PEDESTRIAN
+from sdc_package.behaviour.scene import PEDESTRIAN
 from sdc_sim.evaluation.metrics import comfort_breaks
 from sdc_sim.scenario.map_drive import first_mission
 from sdc_sim.simulation.snapshot import ObstacleState, Snapshot

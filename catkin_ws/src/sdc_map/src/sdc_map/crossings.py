@@ -16,6 +16,8 @@ _STEP_M, _LANE_M = 2.0, 2.5
 _UPSTREAM_M = 200.0
 # Points on two ways that are nearer than this are in the space that both need.
 _BODY_M, _SAMPLE_M = 3.0, 1.0
+# Two ways run along each other where the cosine of the angle between them is greater.
+_ALONG = 0.9
 # A car beside this space stops before it; a stop so far in it still lets others pass [m].
 BESIDE_M, OVER_M = 0.3, 1.0
 
@@ -29,7 +31,7 @@ class Conflict(NamedTuple):
     own_m: tuple[float, float]  # the space that both need, along the car's route
     its_m: tuple[float, float]  # the same along the other way, from where the junction begins
     is_first: bool  # whether it has right of way over that of the car
-    merges: bool  # whether it leads to the same road
+    merges: bool  # whether it leads to the same road, or runs along that of the car where they meet
 
     def away_m(self, network: Network, place: LanePlace) -> float | None:
         """Return the distance of a place to the junction, None if it is on no lane to it [m]."""
@@ -162,8 +164,17 @@ def _conflict(
     if not points:
         return None
     its_s = np.concatenate(s)
-    near = np.hypot(*(own_points[:, None] - np.concatenate(points)).transpose(2, 0, 1)) < _BODY_M
-    if not near.any():
+    its_points = np.concatenate(points)
+    away_m = np.hypot(*(own_points[:, None] - its_points).transpose(2, 0, 1))
+    near = away_m < _BODY_M
+    merges = edge_of(way.end) == edge_of(own.end)
+    if near.any():
+        together = np.flatnonzero(near.any(axis=1))
+        middle = int(together[len(together) // 2])
+        its_middle = int(away_m[middle].argmin())
+        along = _direction(own_points, middle) @ _direction(its_points, its_middle)
+        merges |= along > _ALONG
+    else:
         if not is_first:
             return None
         near[:] = True  # they end on lanes beside one another
@@ -178,7 +189,14 @@ def _conflict(
         queue += [(one, distance_m + lane.length_m) for one in lane.predecessors]
     own_m = float(own_s[mine[0]]), float(own_s[mine[-1]])
     its_m = float(its_s[its[0]]), float(its_s[its[-1]])
-    return Conflict(lanes, own_m, its_m, is_first, edge_of(way.end) == edge_of(own.end))
+    return Conflict(lanes, own_m, its_m, is_first, bool(merges))
+
+
+def _direction(points_m: np.ndarray, index: int) -> np.ndarray:
+    """Return the unit vector along a line at one of its points."""
+    first = min(index, len(points_m) - 2)
+    step_m = points_m[first + 1] - points_m[first]
+    return step_m / max(float(np.hypot(*step_m)), 1e-9)
 
 
 def time_s(distance_m: float, speed_mps: float, most_mps: float, mps2: float) -> float:

@@ -12,9 +12,10 @@ from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.route import Route
 from sdc_package.obstacle_prediction import Obstacles
 
-# A pedestrian who is so near to a crosswalk now or soon, and walks so fast at least towards the
-# lane, will use it.
-_NEAR_M, _SOON_S, _WALKS_MPS = 2.0, 1.0, 0.3
+# A pedestrian who is so near to a crosswalk now or after this time, and walks towards the lane,
+# will use it [m], [s].
+_NEAR_M = 2.0
+_SOON_S = 1.0
 # One who has left the strip of the car's lane by so much does not come back [m].
 _STRIP_M = 2.2
 
@@ -32,7 +33,7 @@ class Crosswalk(NamedTuple):
         x, y = route.line.point_at(middle_m)
         heading = route.line.heading_at(middle_m)
         for one in obstacles:
-            if one.kind != "pedestrian" or math.dist((one.x_m, one.y_m), (x, y)) > 15.0:
+            if one.kind != "pedestrian":
                 continue
             c, s = math.cos(one.yaw_rad), math.sin(one.yaw_rad)
             walks_m = (0.0, _SOON_S * one.speed_mps)
@@ -41,8 +42,7 @@ class Crosswalk(NamedTuple):
             left_m = (one.y_m - y) * math.cos(heading) - (one.x_m - x) * math.sin(heading)
             left_mps = one.speed_mps * math.sin(one.yaw_rad - heading)
             is_in_strip = abs(left_m) < _STRIP_M
-            comes = left_m * left_mps < 0.0 and abs(left_mps) > _WALKS_MPS
-            comes &= max(inside_m, soon_m) > -_NEAR_M
+            comes = left_m * left_mps < 0.0 and max(inside_m, soon_m) > -_NEAR_M
             if comes or (is_in_strip and inside_m > 0.0):
                 return one
         return None
@@ -56,7 +56,7 @@ def crosswalks_on(route: Route, polygons_m: Sequence[np.ndarray]) -> list[Crossw
         away_m = np.hypot(*(route.points - corners.mean(axis=0)).T)
         near = np.flatnonzero(away_m < np.ptp(corners, axis=0).max())
         points = [(n, route.points[n].tolist()) for n in near]
-        on = [n for n, point in points if cv2.pointPolygonTest(corners, point, True) > -0.3]
+        on = [n for n, point in points if cv2.pointPolygonTest(corners, point, True) >= 0.0]
         # A route may pass it more than once.
         for run in np.split(on, np.flatnonzero(np.diff(on) > 1) + 1) if on else ():
             found.append(Crosswalk(float(route.s[run[0]]), float(route.s[run[-1]]), corners))

@@ -9,32 +9,37 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sdc_common.driving import DetectedObstacle, Observation, Path, other_level, points_as_sent
-from sdc_common.geometry.route import Route
+from sdc_common.geometry.route import smooth_step
 from sdc_common.planning.stop_line import StopLine
+from sdc_map.crossings import Crossing, crossings, heights_along, places_along
 from sdc_map.mirror import negated
 from sdc_map.network import Network
-from sdc_package.behaviour.manoeuvres import Manoeuvres, StayOnRoute
-from sdc_package.behaviour.streets import StreetBehaviour, StreetMargins, name_of
+from sdc_package.behaviour.crosswalks import crosswalks_on
+from sdc_package.behaviour.decision import OBSTACLE, Decision, Score, decide
+from sdc_package.behaviour.offset_path import OffsetPath
+from sdc_package.behaviour.predict import Predictor
+from sdc_package.behaviour.propose import KEEP, PULLS_OUT_M
+from sdc_package.behaviour.road import road_along
+from sdc_package.behaviour.scene import AT_REST_MPS, Stop, StreetScene, Tracker
+from sdc_package.behaviour.score import name_of, score
 from sdc_package.local_planner import LocalPlanner
-from sdc_package.obstacle_prediction import PREDICTION_TIMES_S, Distances, Obstacles
+from sdc_package.obstacle_prediction import Distances
 from sdc_package.obstacles import caps_behind
-from sdc_package.planner_settings import PlannerSettings
+from sdc_package.street_settings import StreetSettings
 from sdc_package.traffic_lights import TrafficLightMonitor
 from sdc_package.waypoint_search import WaypointSearch
 
 if TYPE_CHECKING:
     from sdc_map.global_planner import GlobalPlanner
 
-# Acceleration of a car that starts [m/s^2], unless it passes another road user.
-_STARTS_MPS2 = 1.2
 # It aims at a speed that is so much greater than its own [m/s], at a point so far ahead [m].
 _AIM_FASTER_MPS = 0.2
 _AIM_AHEAD_M = 0.3
-# A car whose path is farther to the left of its route passes another road user [m].
-_PASSES_M = 1.0
 # The level of others is that of the route, from so far behind the car to so far beyond what it
 # looks at [m].
 _MARGIN_M = 50.0
+# A decision in so many plans, 20 a second.
+_EVERY = 2
 
 
 class StreetPlanner:
@@ -44,21 +49,24 @@ class StreetPlanner:
 
     Args:
         network: the streets
-        settings: parameters of the planners
-        margins: margins of the car at junctions
+        settings: parameters
         lights: the known traffic lights; `plan` sets their states
         missions: plans another mission when it is needed; None: `follow` sets it
-        manoeuvres: decides how far beside its route the car drives: Manoeuvres or StayOnRoute
+        keeps_route: whether the car keeps its route, and does not pass, change lanes or make room
+        scores: scores proposals, see `behaviour.score`
+
+    Attributes:
+        decision: the last one, with all that was proposed
     """
 
     def __init__(
         self,
         network: Network,
-        settings: PlannerSettings,
-        margins: StreetMargins,
+        settings: StreetSettings,
         lights: TrafficLightMonitor,
         missions: GlobalPlanner | None = None,
-        manoeuvres: type[StayOnRoute] = Manoeuvres,
+        keeps_route: bool = False,
+        scores: Score = score,
     ):
         self._settings, self._missions, self._y_sign = settings, missions, network.y_sign
         # Those of the observation, and those where it plans.
@@ -66,9 +74,12 @@ class StreetPlanner:
         if self._y_sign < 0.0:
             self._lights = TrafficLightMonitor(lights.margins)
         self._network = network.right_hand
-        self._streets = StreetBehaviour(self._network, margins, manoeuvres)
+        self._keeps_route, self._scores = keeps_route, scores
+        self._predictor = Predictor(self._network, settings.prediction.ahead_m)
+        self._tracker = Tracker(settings.prediction.mean_s)
         self._local: LocalPlanner | None = None
         self._rows, self._path = np.empty((0, 3)), Path(())
+        self.decision = Decision()
 
     @property
     def reason(self) -> str:
@@ -78,7 +89,8 @@ class StreetPlanner:
     @property
     def detail(self) -> str:
         """Because of whom, "" if the reason says it all."""
-        return self._streets.details.get(self.reason, "")
+        is_decided = self.reason and self.reason == self.decision.reason
+        return self.decision.detail if is_decided else ""
 
     @property
     def s_m(self) -> float:
@@ -104,9 +116,20 @@ class StreetPlanner:
             return
         if road_mps is not None:
             road_mps = np.asarray(road_mps, np.float32).astype(float)
-        local = LocalPlanner(points_m, self._settings, road_mps, start_mps)
-        self._streets.follow(local.route, local.speed, self._settings.limits.braking_mps2)
-        self._local, self._search = local, WaypointSearch(local.route.points)
+        local = LocalPlanner(points_m, self._settings.planner, road_mps, start_mps)
+        route = local.route
+        places = list(places_along(self._network, route))
+        if not places:
+            raise ValueError(f"the route is not on lanes of the map {self._network.name}")
+        self._heights_m = heights_along(self._network, route, places)
+        self._crossings = crossings(self._network, route, places, local.speed)
+        self._entered: list[Crossing] = []  # that in which the car cannot stop any more
+        self._lines_m = np.array([crossing.line_m for crossing in self._crossings])
+        self._crosswalks = crosswalks_on(route, self._network.crosswalks)
+        self._road = road_along(self._network, route, places, local.speed, self._heights_m)
+        self.way = OffsetPath(route, float(local.speed.max()), self._settings)
+        self._stood_since_s, self._plans, self.decision = math.inf, 0, Decision()
+        self._local, self._search = local, WaypointSearch(route.points)
 
     def resume(self, s_m: float) -> None:
         """Continue from a distance along the route, see `LocalPlanner.resume`."""
@@ -115,11 +138,12 @@ class StreetPlanner:
 
     def plan(self, observation: Observation) -> Path:
         """See PathPlanner; the same object as long as the path is the same."""
+        speed_mps = observation.speed_mps
         if self._missions is not None:
             pose = observation.x_m, observation.y_m, observation.yaw_rad
             mission = self._missions.update(*pose, observation.z_m)
             if mission is not None:
-                self.follow(mission.points_m, mission.limits_mps, observation.speed_mps)
+                self.follow(mission.points_m, mission.limits_mps, speed_mps)
         if self._y_sign < 0.0:
             others = [negated(one, "y_m", "yaw_rad") for one in observation.obstacles]
             observation = replace(negated(observation, "y_m", "yaw_rad"), obstacles=others)
@@ -132,10 +156,20 @@ class StreetPlanner:
         if not self._network.is_flat:
             observation = self._on_level(local, observation)
         self._lights.states = dict(observation.light_states)
-        rows = self._streets.manoeuvres.way.moved(rows, local.ahead)
+        self._tracker.update(observation.obstacles, observation.stamp_s)
+        place = local.place
+        if not self._plans and abs(place.cross_track_m) > PULLS_OUT_M:
+            out = smooth_step(local.route.s, place.s_m, self._settings.proposals.shift_m)
+            self.way.follow(place.cross_track_m * (1.0 - out), place.s_m)
+        self.way.pass_by(place.s_m)
+        stop = self._stop(local, observation)
+        if self._plans % _EVERY == 0:
+            self._decide(local, observation, stop)
+        self._plans += 1
+        rows = self.way.moved(rows, local.ahead)
         rows = self._behind_others(local, rows, observation)
-        rows = self._starting_gently(local, rows, observation.speed_mps)
-        rows = self._stopping(local, rows, observation)
+        rows = self._starting_gently(local, rows, speed_mps)
+        rows = self._stopping(local, rows, speed_mps, stop)
         if rows is not self._rows:
             self._rows, self._path = rows, Path.from_rows(rows * (1.0, self._y_sign, 1.0))
         return self._path
@@ -148,7 +182,7 @@ class StreetPlanner:
         route, lines, s_m = local.route, self._lights.lines, local.place.s_m
         ends_m = s_m - _MARGIN_M, s_m + local.horizon_m + _MARGIN_M
         first, last = np.searchsorted(route.s, ends_m)
-        points_m, heights_m = route.points[first:last], self._streets.heights_m[first:last]
+        points_m, heights_m = route.points[first:last], self._heights_m[first:last]
 
         def is_on_level(one: DetectedObstacle | StopLine) -> bool:
             away_m = np.hypot(*(points_m - (one.x_m, one.y_m)).T)
@@ -163,82 +197,111 @@ class StreetPlanner:
         }
         return replace(observation, obstacles=obstacles, light_states=states)
 
+    def _stop(self, local: LocalPlanner, observation: Observation) -> Stop | None:
+        """Return where the car must stop for a light or a stop sign."""
+        s_m, speed_mps, front_m = local.place.s_m, observation.speed_mps, self._settings.front_m
+        while self._crossings and s_m > self._crossings[0].last_stop_m(front_m):
+            self._entered, self._stood_since_s = [self._crossings.pop(0)], math.inf
+        light_s_m = local.light_stop_s(self._lights, speed_mps)
+        stops = [] if light_s_m is None else [Stop(light_s_m, "traffic_light")]
+        if self._crossings:
+            crossing, margins = self._crossings[0], self._settings.streets
+            stop_m = crossing.line_m - front_m - margins.gap_m
+            if speed_mps < 0.5 * AT_REST_MPS and stop_m - s_m < 2.0 * margins.gap_m:
+                self._stood_since_s = min(self._stood_since_s, observation.stamp_s)
+            soonest_m = s_m + speed_mps**2 / (2.0 * margins.hardest_mps2)
+            has_stopped = math.isfinite(self._stood_since_s)
+            if crossing.has_stop_sign and not has_stopped and soonest_m <= stop_m + margins.gap_m:
+                stops.append(Stop(stop_m, "stop_sign"))
+        stops = [stop for stop in stops if stop.s_m < s_m + local.horizon_m]
+        return min(stops, default=None)
+
+    def _decide(self, local: LocalPlanner, observation: Observation, stop: Stop | None) -> None:
+        obstacles, s_m = observation.obstacles, local.place.s_m
+        if not (obstacles or self.way.until_m):
+            self.decision = Decision()
+            return
+        until_m = min(s_m, stop.s_m if stop else math.inf) + local.horizon_m
+        near = [one for one in self._crossings[:2] if one.line_m < until_m]
+        in_use = [
+            (crosswalk, user)
+            for crosswalk in self._crosswalks
+            if s_m < crosswalk.end_m and crosswalk.begin_m < until_m
+            if (user := crosswalk.user(local.route, obstacles))
+        ]
+        stood_s = observation.stamp_s - self._stood_since_s
+        has_waited = observation.speed_mps > AT_REST_MPS or stood_s > self._settings.streets.waits_s
+        scene = StreetScene(
+            self._road,
+            self.way,
+            self._settings,
+            self._network,
+            obstacles,
+            self._tracker,
+            observation.stamp_s,
+            s_m,
+            observation.speed_mps,
+            self._lines_m,
+            [*self._entered, *near],
+            in_use,
+            stop,
+            has_waited,
+        )
+        self.decision = decide(
+            scene, self._predictor, self.decision, self._scores, self._keeps_route
+        )
+        chosen = self.decision.proposal
+        if chosen is not None and chosen.way.name != KEEP:
+            self.way.follow(chosen.way.offset_m, s_m)
+
     def _behind_others(
         self, local: LocalPlanner, rows: np.ndarray, observation: Observation
     ) -> np.ndarray:
-        """Return rows that keep the distance to those on the path of the car."""
-        streets, settings = self._streets, self._settings
-        route, place_s_m, speed_mps = local.route, local.place.s_m, observation.speed_mps
-        near: Obstacles = nearby(route, place_s_m, observation.obstacles, local.horizon_m)
-        obstacles = streets.relevant(place_s_m, speed_mps, near, local.horizon_m)
-        if not obstacles:
+        """Return rows that keep the distance to those that the car follows."""
+        leaders = [one for one in observation.obstacles if one.id in self.decision.leaders]
+        if not leaders:
             return rows
-        margins = streets.margins
+        route, place_s_m, margins = local.route, local.place.s_m, self._settings.streets
         distances = Distances(
-            settings.obstacles,
+            self._settings.planner.obstacles,
             margins.time_gap_s,
             margins.follow_gap_m,
-            settings.limits.braking_mps2,
+            self._settings.braking_mps2,
             local.horizon_m,
         )
-        s_m, offset_at = route.s[local.ahead], streets.manoeuvres.way.offset_at
-        caps = np.array(
-            [
-                caps_behind(route, s_m, place_s_m, obstacle, distances, speed_mps, offset_at)
-                for obstacle in obstacles
-            ]
-        )
-        nearest = obstacles[int(np.argmin(caps[:, 0]))]
-        streets.details["obstacle"] = name_of(nearest)
-        return local.limited(rows, caps.min(axis=0), "obstacle")
+        known = distances, observation.speed_mps, self.way.offset_at
+        s_m = route.s[local.ahead]
+        caps = np.array([caps_behind(route, s_m, place_s_m, one, *known) for one in leaders])
+        if not self.decision.reason:
+            detail = name_of(leaders[int(np.argmin(caps[:, 0]))])
+            self.decision = replace(self.decision, reason=OBSTACLE, detail=detail)
+        return local.limited(rows, caps.min(axis=0), OBSTACLE)
 
     def _starting_gently(
         self, local: LocalPlanner, rows: np.ndarray, speed_mps: float
     ) -> np.ndarray:
         """Return rows with which a car that is slower than planned accelerates gently."""
         local.note_acceleration(rows, speed_mps)
-        passes = self._streets.manoeuvres.way.offset_m.max() >= _PASSES_M
-        if passes or speed_mps >= rows[0, 2]:
+        if self.way.until_m or speed_mps >= rows[0, 2]:
             return rows
         beyond_m = np.maximum(local.route.s[local.ahead] - local.place.s_m - _AIM_AHEAD_M, 0.0)
-        caps = np.sqrt((speed_mps + _AIM_FASTER_MPS) ** 2 + 2.0 * _STARTS_MPS2 * beyond_m)
+        faster = 2.0 * self._settings.streets.starts_mps2 * beyond_m
+        caps = np.sqrt((speed_mps + _AIM_FASTER_MPS) ** 2 + faster)
         return local.limited(rows, caps, "accelerating")
 
     def _stopping(
-        self, local: LocalPlanner, rows: np.ndarray, observation: Observation
+        self, local: LocalPlanner, rows: np.ndarray, speed_mps: float, stop: Stop | None
     ) -> np.ndarray:
-        """Return rows with the stops that lights, streets and manoeuvres demand."""
-        streets, manoeuvres = self._streets, self._streets.manoeuvres
-        place, speed_mps = local.place, observation.speed_mps
-        obstacles = observation.obstacles
-        light_s_m = local.light_stop_s(self._lights, speed_mps)
-        if light_s_m is not None:
-            rows = local.stopped_at(rows, light_s_m, "traffic_light", speed_mps)
-        red_s_m = math.inf if light_s_m is None else light_s_m
-        stop = streets.stop(place.s_m, speed_mps, obstacles, local.horizon_m, red_s_m)
+        """Return rows with the stops and the speed that were decided."""
+        decision = self.decision
         if stop is not None:
-            rows = local.stopped_at(rows, *stop, speed_mps)
-        nearest_stop_m = min(red_s_m, stop[0] if stop else math.inf)
-        manoeuvres.decide(place.s_m, place.cross_track_m, speed_mps, obstacles, nearest_stop_m)
-        if manoeuvres.most_mps < rows[0, 2]:
-            rows = local.limited(rows, np.full(len(rows), manoeuvres.most_mps), manoeuvres.reason)
-        if math.isfinite(manoeuvres.stop_m):
-            rows = local.stopped_at(rows, manoeuvres.stop_m, "obstacle", speed_mps)
-        elif manoeuvres.reason and local.reason in ("cruise", "bend", "accelerating"):
-            local.reason = manoeuvres.reason
-        if streets.must_brake_hard(place.s_m, speed_mps, obstacles, local.horizon_m):
-            rows = local.limited(rows, np.zeros(len(rows)), "obstacle")
+            rows = local.stopped_at(rows, stop.s_m, stop.reason, speed_mps)
+        if decision.most_mps < rows[0, 2]:
+            rows = local.limited(rows, np.full(len(rows), decision.most_mps), decision.reason)
+        if math.isfinite(decision.stop_m):
+            rows = local.stopped_at(rows, decision.stop_m, decision.reason, speed_mps)
+        elif decision.reason and local.reason in ("cruise", "bend", "accelerating"):
+            local.reason = decision.reason
+        if decision.brakes_hard:
+            rows = local.limited(rows, np.zeros(len(rows)), OBSTACLE)
         return rows
-
-
-def nearby(
-    route: Route, from_s_m: float, obstacles: Obstacles, horizon_m: float
-) -> list[DetectedObstacle]:
-    """Return those that may be so near to a place within two seconds: in traffic, few."""
-    place, last_s = route.line.point_at(from_s_m), PREDICTION_TIMES_S[-1]
-    return [
-        obstacle
-        for obstacle in obstacles
-        if math.dist((obstacle.x_m, obstacle.y_m), place)
-        < horizon_m + last_s * obstacle.speed_mps + obstacle.length_m
-    ]

@@ -104,7 +104,7 @@ def encode_jpeg(message: Image, width_px: int, quality: int) -> str | None:
     """Return a small JPEG in base64, or None if the encoding or size is not supported."""
     import cv2  # a drive without a camera needs neither
 
-    from sdc_sim.ros.picture_messages import pixels_of
+    from sdc_common.ros.pictures import pixels_of
 
     try:
         pixels = pixels_of(message)

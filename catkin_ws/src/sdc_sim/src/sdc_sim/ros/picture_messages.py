@@ -8,13 +8,11 @@ from typing import IO, NamedTuple, Sequence
 import cv2
 import numpy as np
 import rospy
-from cv_bridge import CvBridge, CvBridgeError
 from geometry_msgs.msg import Pose, PoseStamped
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 
-from sdc_common.ros.conversion import check_image
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.ros.message_conversion import unit
 
@@ -45,19 +43,6 @@ class _Picture(Image):
         buff.seek(-4, 1)  # back over the length of the empty last field
         buff.write(len(self.data).to_bytes(4, "little"))
         buff.write(self.data)
-
-
-def pixels_of(message: Image, encoding: str = "bgr8") -> np.ndarray:
-    """Return the pixels of an image in an encoding.
-
-    Raises:
-        ValueError: the image is not valid, or cannot be converted
-    """
-    try:
-        check_image(message)
-        return CvBridge().imgmsg_to_cv2(message, encoding)
-    except (CvBridgeError, TypeError) as error:
-        raise ValueError(str(error)) from error
 
 
 def image_message(picture: np.ndarray, stamp: rospy.Time, frame: str = "") -> Image:

@@ -1,0 +1,169 @@
+"""What the car does next: propose, simulate, score, and take the best."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Callable, Iterator, Sequence
+
+import numpy as np
+
+from sdc_map.crossings import BESIDE_M, OVER_M
+from sdc_package.behaviour.junctions import Claim, claims_of
+from sdc_package.behaviour.predict import STEP_S, Predicted, Predictor
+from sdc_package.behaviour.propose import KEEP, CarWay, Proposal, proposals, ways
+from sdc_package.behaviour.scene import Stop, StreetScene
+from sdc_package.behaviour.score import Scored, because, name_of
+from sdc_package.behaviour.simulate import Simulated, simulate
+from sdc_package.braking import FIRM_MPS2, HARD_MPS2
+
+RIGHT_OF_WAY, JUNCTION_BLOCKED, CROSSWALK = "right_of_way", "junction_blocked", "crosswalk"
+OBSTACLE, PASSING, MERGING = "obstacle", "passing", "merging"
+# What limits the speed where going would cost this term.
+REASONS = {
+    "right_of_way": RIGHT_OF_WAY,
+    "blocks_junction": JUNCTION_BLOCKED,
+    "crosswalk": CROSSWALK,
+}
+Score = Callable[
+    [StreetScene, Sequence[Proposal], Simulated, Sequence[Claim], Predicted],
+    Scored,
+]
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What the car does until the next decision.
+
+    Attributes:
+        proposal: the best proposal, None if no one is near
+        leaders: ids of those that the car follows
+        most_mps: greatest speed [m/s]
+        reason: what limits the speed, "" if nothing does
+        detail: the two best proposals, and what separated them
+        brakes_hard: whether the car brakes as hard as it can
+        options: each proposal, its score and the terms of it [m]
+    """
+
+    proposal: Proposal | None = None
+    leaders: tuple[int, ...] = ()
+    most_mps: float = math.inf
+    reason: str = ""
+    detail: str = ""
+    brakes_hard: bool = False
+    options: tuple[tuple[str, float, dict[str, float]], ...] = ()
+
+    @property
+    def stop_m(self) -> float:
+        """Arc length at which the centre of the car stops, inf: nowhere [m]."""
+        return self.proposal.stop_m if self.proposal else math.inf
+
+    @property
+    def waits(self) -> bool:
+        """Whether the car was to wait."""
+        chosen = self.proposal
+        return chosen is None or chosen.share == 0.0 or math.isfinite(chosen.stop_m)
+
+
+def decide(
+    scene: StreetScene, predictor: Predictor, last: Decision, score: Score, keeps_route: bool
+) -> Decision:
+    """Return what the car does next.
+
+    Args:
+        scene: the scene
+        predictor: says where others will be
+        last: the last decision
+        score: scores proposals, see `behaviour.score`
+        keeps_route: whether the car neither passes, nor changes lanes, nor makes room
+    """
+    predictor.update()
+    claims = claims_of(scene, predictor)
+    stops_m = {
+        claim.number: max(claim.away_m - 0.5 * scene.obstacles[claim.number].length_m, 0.0)
+        for claim in claims
+        if claim.yields and claim.away_m > 0.0
+    }
+    others = predictor.predict(scene, stops_m)
+    front_m = scene.settings.front_m
+    claims = [
+        claim
+        for claim in claims
+        if not claim.yields and claim.crossing.last_stop_m(front_m) > scene.s_m
+    ]
+    own = [CarWay(KEEP, scene.way.offset_m, {}, is_new=False)]
+    found = proposals(
+        own if keeps_route else list(ways(scene, last.waits)), [*_stops(scene, claims)]
+    )
+    result = simulate(scene, found, others)
+    scored = score(scene, found, result, claims, others)
+    values_m = scored.value_m
+    best = int(np.argmax(values_m))
+    other = _compared(found, values_m, best)
+    chosen = found[best]
+    most_mps = math.inf
+    if chosen.share < 1.0:
+        firmly_mps = scene.speed_mps - 2.0 * STEP_S * FIRM_MPS2
+        soon_mps = max(float(result.speed_mps[2, best]), firmly_mps)
+        most_mps = max(chosen.share * float(scene.most_mps[scene.here]), soon_mps)
+    # The best proposal still has a contact, before a hard stop could avoid it.
+    contacts_s = np.where(others.goes_on, result.contact_s[best], math.inf)
+    brakes_hard = contacts_s.min(initial=math.inf) < scene.speed_mps / HARD_MPS2 + STEP_S
+    leaders = [scene.obstacles[number] for number in others.user[result.leads[best]]]
+    known = scene, scored, result, claims, others
+    if brakes_hard:
+        user = scene.obstacles[others.user[int(contacts_s.argmin())]]
+        reason, detail = OBSTACLE, f"brakes hard for {name_of(user)}"
+    else:
+        reason = _reason(scene, found, scored, best)
+        pairs = (best, other), (other, best)
+        texts = [(found[worse], because(*known, better, worse)) for better, worse in pairs]
+        detail = "; ".join(f"{proposal}: {text}" for proposal, text in texts if text)
+    options = tuple(
+        (str(one), float(values_m[n]), {name: float(m[n]) for name, m in scored.terms.items()})
+        for n, one in enumerate(found)
+    )
+    ids = tuple(user.id for user in leaders)
+    return Decision(chosen, ids, most_mps, reason, detail, bool(brakes_hard), options)
+
+
+def _compared(found: Sequence[Proposal], values_m: np.ndarray, best: int) -> int:
+    """Return with what the best proposal is compared: with going, or else the second best."""
+    chosen = found[best]
+    go = next(number for number, one in enumerate(found) if one.way is chosen.way)
+    if go != best:
+        return go
+    others = (int(n) for n in np.argsort(-values_m) if str(found[n]) != str(chosen))
+    return next(others, best)
+
+
+def _reason(scene: StreetScene, found: Sequence[Proposal], scored: Scored, best: int) -> str:
+    """Return why the car does not just go: the term that going on the same way would cost."""
+    chosen = found[best]
+    if chosen.share == 1.0 and chosen.stop is None:
+        if math.isfinite(chosen.stop_m):
+            return OBSTACLE
+        return PASSING if chosen.way.name != KEEP or scene.way.until_m else ""
+    go = _compared(found, scored.value_m, best)
+    more = {name: float(costs[go] - costs[best]) for name, costs in scored.terms.items()}
+    name = max(more, key=lambda term: more[term])
+    return REASONS.get(name, MERGING if scene.changes_lane else OBSTACLE)
+
+
+def _stops(scene: StreetScene, claims: Sequence[Claim]) -> Iterator[Stop]:
+    """Yield the places at which the car could stop for others, where it still can."""
+    front_m, gap_m = scene.settings.front_m, scene.settings.streets.gap_m
+    firm_m = scene.s_m + scene.speed_mps**2 / (2.0 * FIRM_MPS2)
+    soonest_m = scene.s_m + scene.speed_mps**2 / (2.0 * scene.settings.streets.hardest_mps2)
+    places = []
+    for crossing in scene.crossings:
+        spaces_m = [one.conflict.own_m[0] for one in claims if one.crossing is crossing]
+        latest_m = max(crossing.line_m, min(spaces_m, default=0.0) - BESIDE_M)
+        places.append((crossing.line_m, latest_m, RIGHT_OF_WAY))
+    for crosswalk, _ in scene.crosswalks:
+        places.append((crosswalk.begin_m, crosswalk.begin_m, CROSSWALK))
+    for place_m, latest_m, reason in places:
+        if soonest_m <= latest_m - front_m + OVER_M:
+            # It uses the gap rather than brake hard.
+            stop_m = min(latest_m - front_m, max(place_m - front_m - gap_m, firm_m))
+            yield Stop(stop_m, reason)

@@ -1,0 +1,224 @@
+"""What the car could do: ways beside its route, and speeds on them.
+
+The recipe is that of PDM-Closed (D. Dauner et al., "Parting with Misconceptions about
+Learning-based Vehicle Motion Planning", CoRL 2023, arXiv 2306.07962).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Iterator, Mapping, NamedTuple, Sequence
+
+import numpy as np
+
+from sdc_common.geometry.route import smooth_step
+from sdc_package.behaviour.offset_path import SAME_M
+from sdc_package.behaviour.road import BEHIND_LINE, NOTHING, SAME
+from sdc_package.behaviour.scene import AT_REST_MPS, Stop, StreetScene
+
+KEEP, BACK, STAY, PASS, ASIDE, NUDGE = "keep", "back", "stay", "pass", "aside", "nudge"
+# Shares of the planned speed with which each way is proposed, too.
+SLOWER = (0.5, 0.0)
+# A car that is farther beside its route at the start pulls out [m].
+PULLS_OUT_M = 1.0
+
+
+class CarWay(NamedTuple):
+    """A way of the car beside its route."""
+
+    name: str
+    offset_m: np.ndarray  # distance from the points of the route, positive to the left [m]
+    costs: Mapping[str, float]  # values of terms of the score
+    stop_m: float = math.inf  # where the centre of the car must stop on it [m]
+    is_new: bool = True  # whether it has yet to begin
+
+
+class Proposal(NamedTuple):
+    """A way and a speed."""
+
+    way: CarWay
+    number: int  # of the way
+    share: float  # share of the planned speed
+    stop: Stop | None = None  # where the centre of the car stops, and why
+
+    @property
+    def stop_m(self) -> float:
+        """Arc length at which the centre of the car stops, inf: nowhere [m]."""
+        return min(self.way.stop_m, self.stop.s_m if self.stop else math.inf)
+
+    def __str__(self) -> str:
+        speed = {1.0: "go", 0.0: "brake"}.get(self.share, "slowly")
+        speed = f"stop for the {self.stop.reason}" if self.stop else speed
+        return speed if self.way.name == KEEP else f"{self.way.name}, {speed}"
+
+
+def proposals(ways: Sequence[CarWay], stops: Sequence[Stop]) -> list[Proposal]:
+    """Return each way with each speed, and with a stop at each of these places."""
+    found = []
+    for number, way in enumerate(ways):
+        found.append(Proposal(way, number, 1.0))
+        found += [Proposal(way, number, 1.0, stop) for stop in stops]
+        found += [Proposal(way, number, share) for share in SLOWER]
+    return found
+
+
+def ways(scene: StreetScene, waits: bool) -> Iterator[CarWay]:
+    """Yield the ways that the car could take, first the one that it takes.
+
+    Args:
+        scene: the scene
+        waits: whether the last decision was to wait
+    """
+    way, s_m, speed_mps = scene.way, scene.s_m, scene.speed_mps
+    wait_m = _wait_m(scene)
+    # A car that waits has not begun.
+    is_new = speed_mps < AT_REST_MPS and waits
+    yield CarWay(KEEP, way.offset_m, way_costs(scene, way.offset_m), wait_m, is_new)
+    if abs(way.offset_at(s_m + scene.settings.proposals.shift_m)) > SAME_M:
+        back = way.shifted(0.0, s_m, speed_mps, 0.0)
+        yield CarWay(BACK, back, {**way_costs(scene, back), "new_way": 0.5}, wait_m)
+    for offset_m in _passes(scene) if scene.passable else ():
+        yield CarWay(PASS, offset_m, {**way_costs(scene, offset_m), "new_way": 1.0})
+    for offset_m in _asides(scene) if scene.emergency else ():
+        yield CarWay(ASIDE, offset_m, {**way_costs(scene, offset_m), "new_way": 1.0})
+    on_route = np.abs(way.offset_m).max() < PULLS_OUT_M
+    if on_route and (scene.is_invaded or scene.passable):
+        for to_m in (-1.0, 1.0):
+            to_m *= scene.settings.proposals.nudge_m
+            nudge = _there_and_back(scene, to_m, s_m, s_m + scene.soon_m)
+            yield CarWay(NUDGE, nudge, {**way_costs(scene, nudge), "new_way": 1.0}, wait_m)
+    if scene.changes_lane:
+        yield from _stays(scene)
+
+
+def _stays(scene: StreetScene) -> Iterator[CarWay]:
+    """Yield the ways that stay in a lane and wait for the change of lanes before it ends."""
+    road, s, s_m = scene.road, scene.road.route.s, scene.s_m
+    length_m = 2.0 * scene.settings.proposals.shift_m
+    lane_end_m = float(road.edge_end_m[scene.at]) - scene.settings.proposals.wait_m
+    begin_m = min(s_m + scene.soon_m, lane_end_m - length_m)
+    if begin_m < s_m:
+        return
+    y, route_y = float(scene.way_y[scene.here]), np.interp(s, road.s_m, road.route_y_m)
+    later, width_m = 1.0 - smooth_step(s, begin_m, length_m), scene.width_m
+    # What has begun is taken back or completed.
+    between = (y + SAME_M) / width_m, (y - SAME_M) / width_m
+    for to_y in {width_m * math.floor(between[0]), width_m * math.ceil(between[1])}:
+        over = smooth_step(s, s_m, scene.way.shift_length_m(to_y - y, scene.speed_mps))
+        held = y + (to_y - y) * over - route_y
+        stay = np.where(s < s_m - 1.0, scene.way.offset_m, held * later)
+        stop_m = math.inf if abs(np.interp(begin_m, s, held)) < SAME_M else begin_m
+        yield CarWay(STAY, stay, {**way_costs(scene, stay), "new_way": 0.5}, stop_m)
+
+
+def _asides(scene: StreetScene) -> Iterator[np.ndarray]:
+    """Yield the ways that make room for an emergency vehicle."""
+    length_m = scene.way.shift_length_m(scene.width_m, scene.speed_mps)
+    until_m = min(scene.s_m + scene.soon_m, scene.end_m - 2.0 * length_m)
+    for side, beside in ((-1.0, scene.road.right), (1.0, scene.road.left)):
+        if beside[scene.at] == SAME and until_m > scene.s_m + length_m:
+            yield _there_and_back(scene, side * scene.width_m, scene.s_m, until_m)
+    if not scene.way.until_m:
+        to_m = -scene.settings.proposals.nudge_m
+        yield _there_and_back(scene, to_m, scene.s_m, scene.s_m + scene.soon_m)
+
+
+def _passes(scene: StreetScene) -> Iterator[np.ndarray]:
+    """Yield the ways around those that are passable, to the left and to the right."""
+    group, until_m, time_s = _group(scene)
+    fastest_mps = max(float(scene.others.along_mps[n]) for n in group)
+    moves = fastest_mps > AT_REST_MPS
+    front_m = scene.rear_m(group[0]) - scene.settings.front_m
+    front_m -= max(scene.settings.proposals.before_m, scene.speed_mps)
+    for side, beside in ((1.0, scene.road.left), (-1.0, scene.road.right)):
+        needed_m = max(scene.needed_m(n, side) for n in group)
+        if needed_m > scene.inside_m:
+            stretch = beside[scene.at : scene.road.at(until_m) + 1]
+            if (stretch == NOTHING).any() or (moves and side < 0.0):
+                continue
+            if moves and not _may_overtake(scene, stretch, until_m, time_s, fastest_mps):
+                continue
+            # From rest, only the middle of the next lane is far enough.
+            if (stretch == SAME).all() or scene.speed_mps < AT_REST_MPS:
+                needed_m = max(needed_m, scene.width_m)
+            needed_m = min(needed_m, scene.width_m + scene.inside_m)
+        to_m, room_m = side * needed_m, front_m - scene.s_m
+        length_m = scene.way.shift_length_m(to_m, scene.shifts_mps)
+        for share in (1.0, scene.settings.proposals.share):
+            yield _there_and_back(scene, to_m, scene.s_m, until_m, room_m, share)
+        if not moves and length_m < room_m:  # as late as possible
+            yield _there_and_back(scene, to_m, front_m - length_m, until_m, length_m)
+
+
+def _group(scene: StreetScene) -> tuple[list[int], float, float]:
+    """Return those that are passed together, where that ends [m], and the time for it [s]."""
+    others, front_m = scene.others, scene.settings.front_m
+    free_m = scene.settings.proposals.before_m
+    slower_mps = max(scene.top_mps - scene.speed_mps, 0.0)
+    group: list[int] = []
+    until_m, time_s = -math.inf, 0.0
+    for n in scene.passable:
+        speed_mps, rear_m = max(float(others.along_mps[n]), 0.0), scene.rear_m(n)
+        if group and rear_m - until_m > scene.way.shift_length_m(scene.width_m, scene.top_mps):
+            break
+        length_m = 2.0 * float(others.half_length_m[n])
+        gap_m = max(rear_m - scene.s_m - front_m, 0.0)
+        faster_mps = max(scene.top_mps - speed_mps, 1.0)
+        time_s = (gap_m + length_m + 2.0 * (front_m + free_m)) / faster_mps
+        time_s += slower_mps / (2.0 * scene.settings.streets.acceleration_mps2)
+        end_m = rear_m + length_m + front_m + free_m
+        until_m = max(until_m, end_m + (speed_mps > AT_REST_MPS) * speed_mps * time_s)
+        group.append(n)
+    return group, until_m, time_s
+
+
+def _may_overtake(
+    scene: StreetScene, stretch: np.ndarray, until_m: float, time_s: float, its_mps: float
+) -> bool:
+    """Return whether the car may overtake one at this speed, beside these lanes until then."""
+    if until_m + scene.way.shift_length_m(scene.width_m, scene.top_mps) > scene.end_m:
+        return False
+    is_short = time_s < scene.settings.proposals.overtakes_s
+    is_slow = its_mps < scene.settings.proposals.share * scene.top_mps
+    may_cross = bool((stretch != BEHIND_LINE).all())
+    return bool((stretch == SAME).all()) or (may_cross and is_short and is_slow)
+
+
+def _there_and_back(
+    scene: StreetScene,
+    to_m: float,
+    begin_m: float,
+    until_m: float,
+    room_m: float = 0.0,
+    share: float = 1.0,
+) -> np.ndarray:
+    """Return the way that is beside the route up to an arc length, and returns after it."""
+    out = scene.way.out_to(to_m, scene.s_m, begin_m, scene.speed_mps, room_m)
+    length_m = scene.way.shift_length_m(to_m, share * scene.shifts_mps)
+    return out * (1.0 - smooth_step(scene.road.route.s, until_m, length_m))
+
+
+def _wait_m(scene: StreetScene) -> float:
+    """Return where the car waits before one that it could pass, inf: nowhere [m]."""
+    at_rest = scene.blocks & (scene.others.along_mps < AT_REST_MPS)
+    rears_m = [scene.rear_m(n) for n in scene.passable if at_rest[n]]
+    wait_m = scene.settings.proposals.wait_m
+    stop_m = min(rears_m, default=math.inf) - scene.settings.front_m - wait_m
+    # A car that has stopped a little too late stays.
+    return max(stop_m, scene.s_m) if stop_m > scene.s_m - 0.5 * wait_m else math.inf
+
+
+def way_costs(scene: StreetScene, offset_m: np.ndarray) -> dict[str, float]:
+    """Return what a way costs for the lines that it crosses, and for whom it hinders."""
+    ahead_m = scene.grid_m[scene.soon]
+    offset = np.interp(ahead_m, scene.road.route.s, offset_m)
+    left = scene.road.left[scene.road.at(ahead_m)]
+    costs = {
+        "solid_line": float(((offset > scene.inside_m) & (left == BEHIND_LINE)).any()),
+        "beside": float((np.abs(offset) > SAME_M).mean()),
+    }
+    for n in scene.emergency[:1]:
+        y = offset[len(offset) // 2] + scene.route_y[scene.soon][len(offset) // 2]
+        free_m = scene.others.half_width_m[n] + 0.5 * scene.settings.width_m
+        costs["hinders"] = max(0.0, 1.0 - abs(y - scene.others.y_m[n]) / free_m)
+    return costs

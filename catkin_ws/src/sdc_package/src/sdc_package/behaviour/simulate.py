@@ -1,0 +1,177 @@
+"""Proposals of the car, simulated a few seconds ahead among the predicted others.
+
+The car follows who is in its way by the intelligent driver model (M. Treiber, A. Hennecke and
+D. Helbing, Phys. Rev. E 62, 2000).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Sequence
+
+import numpy as np
+
+from sdc_package.behaviour.offset_path import SAME_M
+from sdc_package.behaviour.predict import STEP_S, STEPS, TIMES_S, Predicted
+from sdc_package.behaviour.propose import Proposal
+from sdc_package.behaviour.scene import AT_REST_MPS, GRID_M, StreetScene
+
+# One behind that is so many steps behind the car on its lane keeps its distance.
+_REACTS_STEPS = 2
+
+
+class Simulated(NamedTuple):
+    """What becomes of P proposals among R predicted rows, in T steps of STEP_S."""
+
+    s_m: np.ndarray  # (T, P) arc length of the car's centre [m]
+    speed_mps: np.ndarray  # (T, P)
+    contact_s: np.ndarray  # (P, R) time of the first contact that the car would cause [s]
+    braking_mps2: np.ndarray  # (P,) greatest deceleration for others and stops [m/s^2]
+    oncoming_s: np.ndarray  # (P,) time on the oncoming lane [s]
+    leads: np.ndarray  # (P, R) whether a road user is ahead in the way of the car soon
+
+
+class _Pairs(NamedTuple):
+    """What the car and the R others are to each other; the sum of their half sizes, (T, R)."""
+
+    half_length_m: np.ndarray
+    half_width_m: np.ndarray
+    moves: np.ndarray  # (T, R) whether the other one moves
+    follows: np.ndarray  # (R,) whether it is behind the car on its lane now
+
+
+def simulate(scene: StreetScene, proposals: Sequence[Proposal], others: Predicted) -> Simulated:
+    """Simulate proposals among the predicted others."""
+    offsets_m = {proposal.number: proposal.way.offset_m for proposal in proposals}
+    ways_y = scene.ways(list(offsets_m.values()))
+    bends = [scene.way.bend_mps(way_y - scene.route_y, scene.grid_m) for way_y in ways_y]
+    numbers = [proposal.number for proposal in proposals]
+    shares = np.array([[proposal.share] for proposal in proposals])
+    most_mps = np.minimum(scene.most_mps * shares, np.array(bends)[numbers])
+    way_y, settings = ways_y[numbers], scene.settings
+    half_width_m = others.half_width_m + 0.5 * settings.width_m
+    behind = (others.s_m[0] < scene.s_m) & (others.along_mps[0] > np.abs(others.left_mps))
+    pairs = _Pairs(
+        others.half_length_m + settings.front_m,
+        half_width_m,
+        np.abs(others.along_mps) > AT_REST_MPS,
+        behind & (np.abs(others.y_m[0] - way_y[0, scene.here]) < half_width_m[0]),
+    )
+    stops_m = [min(one.stop_m, scene.stop.s_m if scene.stop else math.inf) for one in proposals]
+    s_m, speed_mps, hardest_mps2, leads = _driven(
+        scene, way_y, most_mps, np.array(stops_m), others, pairs
+    )
+    new = np.array([[proposal.way.is_new] for proposal in proposals])
+    place_y = way_y[np.arange(len(proposals)), _at(scene, s_m)]
+    oncoming_s = STEP_S * (place_y > scene.line_y[_at(scene, s_m)]).sum(axis=0)
+    contact_s = _contacts(scene, way_y, s_m, speed_mps, new, others, pairs)
+    return Simulated(s_m, speed_mps, contact_s, hardest_mps2, oncoming_s, leads)
+
+
+def _at(scene: StreetScene, s_m: np.ndarray) -> np.ndarray:
+    """Return the indices of the places on the grid at arc lengths."""
+    places = ((s_m - scene.from_m) / GRID_M).astype(int)
+    return np.minimum(np.maximum(places, 0), len(scene.grid_m) - 1)
+
+
+def _driven(
+    scene: StreetScene,
+    way_y: np.ndarray,
+    most_mps: np.ndarray,
+    stops_m: np.ndarray,
+    others: Predicted,
+    pairs: _Pairs,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return arc lengths and speeds (T, P), greatest decelerations, and who is ahead (P, R)."""
+    settings, margins, rows = scene.settings, scene.settings.streets, np.arange(len(way_y))
+    side_m = np.where(pairs.moves, margins.side_m, settings.planner.obstacles.side_m)
+    its_way_y = way_y[rows[:, None], _at(scene, others.s_m)[:, None]]  # (T, P, R)
+    in_way = np.abs(others.y_m[:, None] - its_way_y) < (pairs.half_width_m + side_m)[:, None]
+    in_way &= others.goes_on & ~pairs.follows
+    leads = np.zeros(in_way.shape[1:], bool)
+    ever = np.flatnonzero(in_way.any(axis=(0, 1)))
+    in_way, half_length_m = in_way[..., ever], pairs.half_length_m[:, ever]
+    along_mps = others.along_mps[:, ever]
+    s_m, v = np.full(len(rows), scene.s_m), np.full(len(rows), scene.speed_mps)
+    way_s, way_mps, hardest = np.empty((STEPS, len(rows))), np.empty((STEPS, len(rows))), 0.0 * v
+    # The stop is one more at rest, so far ahead that the car stops there.
+    gaps_m, ahead_mps = np.empty((len(rows), len(ever) + 1)), np.zeros(len(ever) + 1)
+    for step, its_s in enumerate(others.s_m[:, ever]):
+        way_s[step], way_mps[step] = s_m, v
+        distance_m = its_s - s_m[:, None]
+        ahead = in_way[step] & (distance_m > 0.0)
+        if TIMES_S[step] < settings.prediction.accelerates_s:
+            leads[:, ever] |= ahead
+        gaps_m[:, :-1] = np.where(ahead, distance_m - half_length_m[step], np.inf)
+        gaps_m[:, -1], ahead_mps[:-1] = stops_m - s_m + margins.follow_gap_m, along_mps[step]
+        pushed_mps2 = _pushed_mps2(scene, v, ahead_mps, gaps_m)
+        hardest = np.maximum(hardest, pushed_mps2 * (v > AT_REST_MPS))
+        v_next = _next_mps(scene, v, most_mps[rows, _at(scene, s_m)], pushed_mps2)
+        s_m, v = s_m + 0.5 * STEP_S * (v + v_next), v_next
+    return way_s, way_mps, hardest, leads
+
+
+def _contacts(
+    scene: StreetScene,
+    way_y: np.ndarray,
+    s_m: np.ndarray,
+    speed_mps: np.ndarray,
+    new: np.ndarray,
+    others: Predicted,
+    pairs: _Pairs,
+) -> np.ndarray:
+    """Return (P, R) times of the first contacts that the car would cause, inf: none [s]."""
+    margins, rows, half_length_m = scene.settings.streets, np.arange(len(way_y)), pairs[0][:, None]
+    # The front is where the centre will be; towards those behind, the rear matters.
+    place_y = way_y[rows, _at(scene, s_m)][..., None]
+    front_y = way_y[rows, _at(scene, s_m + scene.settings.front_m)][..., None]
+    distance_m = others.s_m[:, None] - s_m[..., None]
+    near_y = np.where(distance_m > -half_length_m, front_y, place_y)
+    reach_m = pairs.half_width_m + np.where(pairs.moves, margins.side_m, 0.0)
+    overlap = np.abs(others.y_m[:, None] - near_y) < reach_m[:, None]
+    # A new way has greater distances, so that the car is not of two minds.
+    factor = np.where(new, margins.new_factor, 1.0)
+    car_mps, its_mps = speed_mps[..., None], others.along_mps[:, None]
+    is_behind = overlap & (others.along_mps[0] > np.abs(others.left_mps)) & (distance_m < 0.0)
+    safe_m = margins.gap_m + np.maximum(its_mps - car_mps, 0.0) ** 2 / (2.0 * margins.rear_mps2)
+    cuts_in = is_behind & (-distance_m - half_length_m < factor * safe_m)
+    # A car that stays in its lane does not cut in before one behind it.
+    cuts_in &= ~pairs.follows | (np.abs(place_y - way_y[0, scene.here]) > 2.0 * SAME_M)
+    is_oncoming = its_mps < -np.abs(others.left_mps)
+    clear_m = np.where(is_oncoming, -margins.oncoming_s * factor * its_mps, 0.5)
+    meets = overlap & (np.abs(distance_m) < half_length_m + clear_m)
+    meets &= is_oncoming | (car_mps > AT_REST_MPS)
+    contact = (cuts_in | meets) & ~_settled(is_behind, pairs.follows)
+    return np.where(contact.any(axis=0), STEP_S * contact.argmax(axis=0), math.inf)
+
+
+def _settled(is_behind: np.ndarray, follows: np.ndarray) -> np.ndarray:
+    """Return (T, P, R) whether one has been behind the car for so long that it keeps away."""
+    since = is_behind.copy()
+    for steps in range(1, _REACTS_STEPS + 1):
+        since[steps:] &= is_behind[:-steps]
+    since[:_REACTS_STEPS] = False
+    return np.logical_or.accumulate(since, axis=0) | follows
+
+
+def _next_mps(
+    scene: StreetScene, v: np.ndarray, top: np.ndarray, pushed_mps2: np.ndarray
+) -> np.ndarray:
+    """Return the speeds after a step, by the intelligent driver model."""
+    margins, braking_mps2 = scene.settings.streets, scene.settings.braking_mps2
+    free = margins.acceleration_mps2 * (1.0 - (v / np.maximum(top, AT_REST_MPS)) ** 4)
+    a = np.maximum(np.maximum(free, -braking_mps2) - pushed_mps2, -margins.hardest_mps2)
+    most = np.maximum(top, v - STEP_S * braking_mps2)
+    return np.minimum(np.maximum(v + STEP_S * a, 0.0), most)
+
+
+def _pushed_mps2(
+    scene: StreetScene, v: np.ndarray, ahead_mps: np.ndarray, gaps_m: np.ndarray
+) -> np.ndarray:
+    """Return (P,) how hard the intelligent driver model would brake for what is ahead [m/s^2]."""
+    margins = scene.settings.streets
+    root = 2.0 * math.sqrt(margins.acceleration_mps2 * scene.settings.braking_mps2)
+    wanted_s = (margins.time_gap_s + v / root)[:, None] - ahead_mps / root
+    wanted_m = margins.follow_gap_m + np.maximum(v[:, None] * wanted_s, 0.0)
+    push = (wanted_m / np.maximum(gaps_m, SAME_M)).max(axis=1) ** 2
+    return np.minimum(margins.acceleration_mps2 * push, 4.0 * margins.hardest_mps2)
