@@ -12,8 +12,9 @@ import numpy as np
 import yaml
 
 from sdc_sim.road.random_routes import long_route
-from sdc_sim.road.route_generator import generate_route
+from sdc_sim.road.route_generator import csv_lines, generate_route
 
+SPACING_M = 1.0
 _FIRST_M = 75.0  # straight with the light, which the car reaches before it is green
 _STRAIGHT_M = 85.0
 _UNSEEN_M = 200.0
@@ -37,10 +38,11 @@ def write_unknown_route(seed: int, folder: Path) -> tuple[Path, Path]:
         start_m = length_m + np.radians(angle_deg) * radius_m + 6.0
         obstacles.append(_OBSTACLES[kind](random, start_m, 2.0 * side - 1.0))
         length_m = start_m + _STRAIGHT_M
-    rows = generate_route(elements, heading_deg=random.uniform(-180.0, 180.0))
+    start = {"x_m": 0.0, "y_m": 0.0, "heading_deg": float(random.uniform(-180.0, 180.0))}
+    rows = generate_route({"elements": elements, "start": start, "spacing_m": SPACING_M})
     lights = [{"stop_line_m": line_m, "phases": [{"red": red_s}, {"green": 600.0}]}]
     route, scenario = folder / "unknown_route.csv", folder / "unknown_route.yaml"
-    np.savetxt(route, rows, fmt="%.4f", delimiter=",")
+    route.write_text("".join(csv_lines(rows)), encoding="utf-8")
     text = yaml.safe_dump({"frame": "route", "obstacles": obstacles, "lights": lights})
     scenario.write_text(text, encoding="utf-8")
     return route, scenario
