@@ -82,11 +82,12 @@ from sdc_testing import load_script
 load_script("{nodes}/local_planner.py")
 node = load_script("{nodes}/global_planner.py")
 from sdc_behaviour import drives
-from sdc_package.behaviour import streets
+from sdc_package.behaviour import street_planner
 network = node.load_network("town")
 mission = node.GlobalPlanner(network, [(171.45, 206.75)]).update(92.8, -302.4, 0.0)
 assert mission.ends_m[-1] > 1000.0
-assert streets.__file__.startswith("{workspace}") and streets.Network is type(network)
+assert street_planner.__file__.startswith("{workspace}")
+assert street_planner.Network is type(network)
 """
     done = run(workspace, "python3", "-c", program)
     assert done.returncode == 0, done.stdout

@@ -164,6 +164,8 @@ class MpcSteering(Steering):
         check_positive(**numbers)
         model = TickModel(axles, self.gyration_m, self.tick_s)
         noises = self.position_noise_m, self.heading_noise_rad, self.speed_noise_mps
+        check_between(0.0, 1e3, position_noise_m=noises[0])
+        check_between(0.0, 1e3, heading_noise_rad=noises[1], speed_noise_mps=noises[2])
         delays_s = self.delay_s, self.longest_delay_s
         self.estimator = MotionEstimator(model, self.tick_s, noises, *delays_s)
         self._model = model
