@@ -416,6 +416,7 @@ _UTF_16 = ('<?xml version="1.0" encoding="UTF-16"?>' + _MAPS["line"]).encode("ut
 @pytest.mark.parametrize(
     ("name", "content"),
     [("MAP.XODR", _UTF_16), ("map.xodr.gz", gzip.compress(_MAPS["line"].encode()))],
+    ids=["UTF-16", "packed"],
 )
 def test_upper_case_endings_utf_16_and_packed_files_are_read(tmp_path, name, content):
     path = tmp_path / name
