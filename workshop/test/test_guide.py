@@ -15,14 +15,8 @@ from sdc_workshop.workspace import PROJECT, solution, solution_body
 
 @pytest.fixture
 def student(tmp_path):
-    with VirtualDisplay() as display:
-        student = Student(tmp_path, display)
-        left = None
-        try:
-            yield student
-        finally:
-            left = student.leave()
-        assert left == [], "processes were left behind"
+    with VirtualDisplay() as display, Student(tmp_path, display) as student:
+        yield student
 
 
 @pytest.mark.nightly

@@ -20,13 +20,9 @@ LIMIT_S = 1200
 @pytest.mark.parametrize("lab", LABS)
 def test_page_of_a_lab_leads_to_a_car_that_drives(tmp_path, lab):
     page = PROJECT / "docs" / "labs" / f"{lab}.md"
-    student = Student(tmp_path, page=page)
-    try:
+    with Student(tmp_path, page=page) as student:
         for block in read(page.read_text(encoding="utf-8")):
             student.follow(block)
-    finally:
-        left = student.leave()
-    assert left == [], "processes were left behind"
     assert differences(student.workspace, lab) == [], "these files differ from the solution"
     assert [step.id for step in load_steps(lab) if step.id not in student.steps_seen] == [], (
         "the page lacks these steps"

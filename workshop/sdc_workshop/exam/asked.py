@@ -101,7 +101,7 @@ class Asked:
 
     def _restored(self, value: Any) -> Any:
         if isinstance(value, list):
-            return [self._restored(one) for one in value]
+            return [self._restored(part) for part in value]
         if not isinstance(value, dict):
             return value
         kind, content = value["type"], value["is"]

@@ -74,7 +74,7 @@ class Cockpit:
             self.lockstep_rest_s = parameter("lockstep_rest_s")
             check_between(1, 100, jpeg_quality=self.jpeg_quality)
             check_positive(lockstep_rest_s=self.lockstep_rest_s)
-            self.limits = {one: RateLimit(parameter("pictures_per_second")) for one in PICTURES}
+            self.limits = {kind: RateLimit(parameter("pictures_per_second")) for kind in PICTURES}
             self.driving = RemoteDriving(
                 KeyboardControlRates(**parameter("manual_control")["rates"]),
                 parameter("driver_timeout_s"),

@@ -24,7 +24,11 @@ from sdc_testing.street_maps import needs_maps, needs_traffic, town
 
 pytestmark = pytest.mark.slow(12)
 
-SHORT, MODES, NEXT_STEP = [{"straight_m": 30.0}], [*AutoresetMode], AutoresetMode.NEXT_STEP
+# A road of 30 m.
+SHORT = [{"straight_m": 30.0}]
+# When an environment begins again.
+MODES = [*AutoresetMode]
+NEXT_STEP = AutoresetMode.NEXT_STEP
 ON_STREETS = {"map": "town", "sim_options": {"street_scenario": "ParkingCutIn"}}
 LEARNING = Path(__file__).resolve().parents[4] / "docs" / "learning.md"
 

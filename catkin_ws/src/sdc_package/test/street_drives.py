@@ -12,7 +12,14 @@ from sdc_package.behaviour.street_planner import StreetPlanner
 from sdc_package.street_settings import StreetSettings
 from sdc_package.traffic_lights import TrafficLightMonitor
 
-WIDTH_M, LENGTH_M, TICK_S, MOST_MPS = 3.5, 700.0, 0.05, 12.0
+# Width of a lane [m].
+WIDTH_M = 3.5
+# Length of the roads [m].
+LENGTH_M = 700.0
+# Planned speed on them [m/s].
+MOST_MPS = 12.0
+# Time between two observations.
+TICK_S = 0.05
 TICK_NS = 50_000_000
 SETTINGS = StreetSettings.read(street_parameters().__getitem__)
 
@@ -81,16 +88,16 @@ def drive(network, others, duration_s, points_m=None, start=(0.0, 0.0, 8.0)):
     s, y, v = start
     rows = []
     for tick in range(round(duration_s / TICK_S)):
-        seen = [one.at(tick * TICK_S) for one in others]
+        seen = [other.at(tick * TICK_S) for other in others]
         path = planner.plan(seen_at(s, y + float(np.interp(s, *points_m.T)), v, seen, tick))
         wanted = path.points[0][2]
         v = max(v + min(max(wanted - v, -6.0 * TICK_S), 1.8 * TICK_S), 0.0)
         s, y = s + v * TICK_S, planner.way.offset_at(s) if tick else y
         rows.append((tick * TICK_S, s, float(np.interp(s, *points_m.T)) + y, v))
-        for one in seen:
-            is_beside = abs(one.y_m - rows[-1][2]) > 0.5 * (one.width_m + SETTINGS.width_m)
-            away_m = abs(one.x_m - s) - 0.5 * one.length_m - SETTINGS.front_m
-            assert is_beside or away_m > 0.0, f"meets {one} at {rows[-1]}"
+        for user in seen:
+            is_beside = abs(user.y_m - rows[-1][2]) > 0.5 * (user.width_m + SETTINGS.width_m)
+            away_m = abs(user.x_m - s) - 0.5 * user.length_m - SETTINGS.front_m
+            assert is_beside or away_m > 0.0, f"meets {user} at {rows[-1]}"
     assert route.length_m > s
     return np.array(rows)
 

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from street_drives import SETTINGS, TICK_NS, new_planner
+from street_drives import SETTINGS, TICK_NS, WIDTH_M, new_planner
 
 from sdc_common.configuration import node_config
 from sdc_common.driving import DetectedObstacle, Observation
@@ -20,7 +20,8 @@ from sdc_package.street_settings import StreetSettings
 from sdc_testing.street_maps import needs_maps
 
 pytestmark = needs_maps
-FRONT_M, GAP_M, WIDTH_M = SETTINGS.front_m, SETTINGS.streets.gap_m, 3.5
+FRONT_M = SETTINGS.front_m
+GAP_M = SETTINGS.streets.gap_m
 QUARTER = 0.5 * np.pi
 
 
@@ -44,10 +45,11 @@ def missions(network, graph):
 def _crossing(request, town):
     """A drive to the first junction with a stop sign, or where another way has right of way."""
     for points_m, route, found in missions(*town):
-        for one in found:
-            crosses = any(way.is_first and not way.merges for way in one.conflicts)
-            if one.line_m > 30.0 and crosses and one.has_stop_sign == (request.param == "sign"):
-                return town[0], new_planner(town[0], points_m), route, one
+        for junction in found:
+            crosses = any(way.is_first and not way.merges for way in junction.conflicts)
+            has_sign = junction.has_stop_sign == (request.param == "sign")
+            if junction.line_m > 30.0 and crosses and has_sign:
+                return town[0], new_planner(town[0], points_m), route, junction
     raise AssertionError("the town has no such junction")
 
 
@@ -81,11 +83,11 @@ def gives_way(planner):
 
 
 def test_car_stops_once_at_a_stop_sign(crossing):
-    _, planner, route, one = crossing
-    speeds = plan(planner, route, at_line(one, 8.0), 3.0)
-    assert (0.0 in speeds) == one.has_stop_sign
-    plan(planner, route, at_line(one), 0.0, ticks=3, first=10)
-    assert 0.0 not in plan(planner, route, at_line(one), 0.5, first=20)
+    _, planner, route, junction = crossing
+    speeds = plan(planner, route, at_line(junction, 8.0), 3.0)
+    assert (0.0 in speeds) == junction.has_stop_sign
+    plan(planner, route, at_line(junction), 0.0, ticks=3, first=10)
+    assert 0.0 not in plan(planner, route, at_line(junction), 0.5, first=20)
 
 
 @pytest.mark.slow(3)
@@ -100,22 +102,22 @@ def test_car_stops_once_at_a_stop_sign(crossing):
     ],
 )
 def test_car_gives_way_to_those_that_it_would_meet(crossing, away_m, speed_mps, changes, expected):
-    network, planner, route, one = crossing
-    plan(planner, route, at_line(one), 0.0)  # has stopped at the sign
-    other = coming(network, one, away_m, speed_mps, **changes)
-    plan(planner, route, at_line(one), 0.0, [other], ticks=3, first=1)
+    network, planner, route, junction = crossing
+    plan(planner, route, at_line(junction), 0.0)  # has stopped at the sign
+    other = coming(network, junction, away_m, speed_mps, **changes)
+    plan(planner, route, at_line(junction), 0.0, [other], ticks=3, first=1)
     assert gives_way(planner) == expected
     assert ("takes the way of car 17" in planner.decision.detail) == expected
-    plan(planner, route, at_line(one), 0.0, ticks=3, first=4)
+    plan(planner, route, at_line(junction), 0.0, ticks=3, first=4)
     assert planner.decision.detail == ""
 
 
 def test_car_that_waits_long_enough_starts_before_one_that_does_not_move(crossing):
-    network, planner, route, one = crossing
-    waiting = [coming(network, one, 6.0, 0.0)]
-    plan(planner, route, at_line(one), 0.0, waiting, ticks=4)
+    network, planner, route, junction = crossing
+    waiting = [coming(network, junction, 6.0, 0.0)]
+    plan(planner, route, at_line(junction), 0.0, waiting, ticks=4)
     assert gives_way(planner)
-    plan(planner, route, at_line(one), 0.0, waiting, ticks=60, first=4)
+    plan(planner, route, at_line(junction), 0.0, waiting, ticks=60, first=4)
     assert not gives_way(planner)
 
 
@@ -135,22 +137,23 @@ def test_car_gives_way_to_one_that_could_only_brake_hard_for_it(town, speed_mps,
 
 @pytest.mark.parametrize(("faster_mps2", "expected"), [(0.0, False), (2.0, True)])
 def test_car_expects_one_that_accelerates_sooner(crossing, faster_mps2, expected):
-    network, planner, route, one = crossing
-    plan(planner, route, at_line(one), 0.0)  # has stopped at the sign
+    network, planner, route, junction = crossing
+    plan(planner, route, at_line(junction), 0.0)  # has stopped at the sign
     for tick in range(20):
-        other = coming(network, one, 65.0, 6.0 - faster_mps2 * 0.05 * (19 - tick))
-        plan(planner, route, at_line(one), 0.0, [other], first=tick + 1)
+        other = coming(network, junction, 65.0, 6.0 - faster_mps2 * 0.05 * (19 - tick))
+        plan(planner, route, at_line(junction), 0.0, [other], first=tick + 1)
     assert gives_way(planner) == expected
 
 
 def test_car_enters_no_junction_that_it_could_not_leave(crossing):
-    _, planner, route, one = crossing
-    plan(planner, route, at_line(one), 0.0)
-    place, heading = route.line.point_at(one.end_m + 3.0), route.line.heading_at(one.end_m + 3.0)
-    jam = DetectedObstacle(*place, heading, 4.5, 1.8, 0.0, 17, "car")
-    plan(planner, route, at_line(one), 0.0, [jam], ticks=3, first=1)
+    _, planner, route, junction = crossing
+    plan(planner, route, at_line(junction), 0.0)
+    behind_m = junction.end_m + 3.0
+    place = *route.line.point_at(behind_m), route.line.heading_at(behind_m)
+    jam = DetectedObstacle(*place, 4.5, 1.8, 0.0, 17, "car")
+    plan(planner, route, at_line(junction), 0.0, [jam], ticks=3, first=1)
     assert planner.decision.reason == "junction_blocked"
-    assert planner.decision.stop_m < one.line_m
+    assert planner.decision.stop_m < junction.line_m
 
 
 def test_car_stops_before_a_crosswalk_in_use(town):

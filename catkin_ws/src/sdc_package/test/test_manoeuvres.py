@@ -65,8 +65,8 @@ def test_car_makes_room_for_an_ambulance(behind_m):
 def test_car_makes_room_again_for_the_next_one_that_invades_its_lane():
     invaders = [Other(x, 2.2, -8.0, number) for number, x in enumerate((60.0, 95.0, 130.0), 7)]
     rows = drive(two_way(), invaders, 12.0)
-    for one in invaders:
-        meets = np.argmin(np.abs(rows[:, 1] - one.x_m + 8.0 * rows[:, 0]))
+    for invader in invaders:
+        meets = np.argmin(np.abs(rows[:, 1] - invader.x_m + 8.0 * rows[:, 0]))
         assert rows[meets, 2] < -0.5
 
 

@@ -154,11 +154,21 @@ def controller_answer(
     return None if command is None else [command.throttle, command.steer, command.brake]
 
 
+_HELPERS = (
+    controller_answer,
+    marked,
+    part,
+    pid_outputs,
+    road,
+    speed_of,
+    symmetric,
+    tried,
+    unchanged,
+    yaw_of,
+)
 HELPERS = {
     **{name: getattr(np, name) for name in _NUMPY},
-    **{one.__name__: one for one in (controller_answer, marked, part, pid_outputs)},
-    **{one.__name__: one for one in (road, speed_of)},
-    **{one.__name__: one for one in (symmetric, tried, unchanged, yaw_of)},
+    **{helper.__name__: helper for helper in _HELPERS},
 }
 
 
@@ -190,7 +200,7 @@ def plain(value: object) -> object:
     if isinstance(value, (np.ndarray, np.generic)):
         return value.tolist()
     if isinstance(value, (list, tuple)):
-        return [plain(one) for one in value]
+        return [plain(part) for part in value]
     return value if value is None or isinstance(value, (bool, int, float, str)) else str(value)
 
 
@@ -200,7 +210,7 @@ def described(value: Any, names: dict) -> object:
     What else JSON cannot hold stays here: its content is a new name in `names`.
     """
     if isinstance(value, (list, tuple)) and not hasattr(value, "_asdict"):
-        return [described(one, names) for one in value]
+        return [described(part, names) for part in value]
     if isinstance(value, np.ndarray):
         content: object = value.tolist()
     elif isinstance(value, dict) or hasattr(value, "_asdict") or dataclasses.is_dataclass(value):
@@ -208,9 +218,9 @@ def described(value: Any, names: dict) -> object:
         fields = fields if isinstance(fields, dict) else vars(fields)
         content = {name: described(field, names) for name, field in fields.items()}
     else:
-        one = plain(value)
-        if one is None or not isinstance(one, str) or isinstance(value, str):
-            return one
+        content = plain(value)
+        if content is None or not isinstance(content, str) or isinstance(value, str):
+            return content
         content = f"_{len(names)}"
         names[content] = value
     return {"type": type(value).__name__, "is": content}

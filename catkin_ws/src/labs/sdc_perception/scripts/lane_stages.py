@@ -4,13 +4,13 @@
 import cv2
 import numpy as np
 import rospy
-from cv_bridge import CvBridge, CvBridgeError
+from cv_bridge import CvBridge
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image
 
-from sdc_common.ros.conversion import check_image
 from sdc_common.ros.node import parameter, refuse
 from sdc_common.ros.odometry import pose_and_speed
+from sdc_common.ros.pictures import pixels_of
 from sdc_common.ros.refusal import refusing
 from sdc_package.camera_window import CameraWindow
 from sdc_perception.lane_detection import DetectorSettings, LaneDetector
@@ -52,9 +52,8 @@ class LaneStagesNode:
     def on_image(self, message):
         if self.detector is None:
             return
-        with refusing(f"{CAMERA}/image_color", CvBridgeError, TypeError):
-            check_image(message)
-            picture = self.bridge.imgmsg_to_cv2(message, "bgra8").copy()
+        with refusing(f"{CAMERA}/image_color"):
+            picture = pixels_of(message, "bgra8").copy()
             self.draw(picture, self.detector, self.pose)
             self.window.update(picture, picture[..., 3])
             self.publisher.publish(self.bridge.cv2_to_imgmsg(picture, "bgra8", message.header))

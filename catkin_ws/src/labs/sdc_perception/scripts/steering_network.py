@@ -6,14 +6,13 @@ import os
 import cv2
 import numpy as np
 import rospy
-from cv_bridge import CvBridge, CvBridgeError
 from nav_msgs.msg import Odometry
 from sdc_package.msg import LocalPath, Waypoint
 from sensor_msgs.msg import Image
 
-from sdc_common.ros.conversion import check_image
 from sdc_common.ros.node import LoopPublisher, parameter, refuse, watch_connections
 from sdc_common.ros.odometry import pose_and_speed
+from sdc_common.ros.pictures import pixels_of
 from sdc_common.ros.refusal import refusing
 from sdc_perception.imitation_samples import arc_path, road_view
 from sdc_perception.paired_topics import CAMERA, EGO, answer_together
@@ -24,7 +23,6 @@ class SteeringNetworkNode:
         rospy.init_node("steering_network")
         cv2.setNumThreads(1)
         self.network = self.read_network(os.path.expanduser(parameter("network")))
-        self.bridge = CvBridge()
 
         topic = "/planner/local_waypoints"
         self.publisher = LoopPublisher(topic, LocalPath, latch=True)
@@ -46,9 +44,8 @@ class SteeringNetworkNode:
             refuse(error)
 
     def answer(self, image_message, odometry):
-        with refusing("the topics of camera and odometry", CvBridgeError, TypeError):
-            check_image(image_message)
-            view = road_view(self.bridge.imgmsg_to_cv2(image_message, "bgra8"))
+        with refusing("the topics of camera and odometry"):
+            view = road_view(pixels_of(image_message, "bgra8"))
             pose = pose_and_speed(odometry)[:3]
             rows = arc_path(pose, self.network.answer(view)).astype(np.float32)
             self.publisher.publish(LocalPath([Waypoint(x, y, v) for x, y, v in rows.tolist()]))

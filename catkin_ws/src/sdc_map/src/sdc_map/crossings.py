@@ -51,7 +51,8 @@ class Crossing(NamedTuple):
     line_m: float  # where the junction begins, with the stop line
     end_m: float  # where it ends
     has_stop_sign: bool
-    mean_mps: float  # planned speed in the junction, without others [m/s]
+    # Planned speed in the junction, without others [m/s]; workspaces begun before use it.
+    mean_mps: float
     conflicts: list[Conflict]
     junction: str  # its name on the map
 
@@ -200,7 +201,7 @@ def _direction(points_m: np.ndarray, index: int) -> np.ndarray:
 
 
 def time_s(distance_m: float, speed_mps: float, most_mps: float, mps2: float) -> float:
-    """Return the time for a distance, accelerating up to a speed."""
+    """Return the time for a distance, accelerating up to a speed; for workspaces begun before."""
     distance_m = max(distance_m, 0.0)
     if speed_mps >= most_mps:
         return distance_m / speed_mps

@@ -256,8 +256,8 @@ def _choose_kinds(random: np.random.Generator, streets: Sequence[_Street]) -> No
     pairs = []
     for around in _arms(streets).values():
         turns = [
-            (abs(float(np.angle(-one.direction / other.direction))), i, j)
-            for i, one in enumerate(around)
+            (abs(float(np.angle(-arm.direction / other.direction))), i, j)
+            for i, arm in enumerate(around)
             for j, other in enumerate(around[:i])
         ]
         free = {*range(len(around))}

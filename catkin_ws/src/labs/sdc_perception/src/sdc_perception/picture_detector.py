@@ -8,13 +8,13 @@ from typing import Any
 import cv2
 import numpy as np
 import rospy
-from cv_bridge import CvBridge, CvBridgeError
+from cv_bridge import CvBridge
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image
 
-from sdc_common.ros.conversion import check_image
 from sdc_common.ros.node import LoopPublisher, parameter, refuse, watch_connections
 from sdc_common.ros.odometry import pose_and_speed
+from sdc_common.ros.pictures import pixels_of
 from sdc_common.ros.refusal import refusing
 from sdc_package.camera_window import CameraWindow
 from sdc_perception.paired_topics import CAMERA, EGO, answer_together
@@ -74,9 +74,8 @@ class PictureDetectorNode:
         )
 
     def _answer(self, image_message: Image, camera_info: CameraInfo, odometry: Odometry) -> None:
-        with refusing("the topics of camera and odometry", CvBridgeError, TypeError):
-            check_image(image_message)
-            image = self._bridge.imgmsg_to_cv2(image_message, "bgra8")
+        with refusing("the topics of camera and odometry"):
+            image = pixels_of(image_message, "bgra8")
             if self._detector is None:
                 self._detector = self._start(self._settings, np.array(camera_info.K).reshape(3, 3))
             header, pose = image_message.header, pose_and_speed(odometry)[:3]

@@ -8,6 +8,8 @@ from sensor_msgs.msg import Image
 
 from sdc_common.ros.conversion import check_image
 
+_BRIDGE = CvBridge()
+
 
 def pixels_of(message: Image, encoding: str = "bgr8") -> np.ndarray:
     """Return the pixels of an image in an encoding.
@@ -17,6 +19,6 @@ def pixels_of(message: Image, encoding: str = "bgr8") -> np.ndarray:
     """
     try:
         check_image(message)
-        return CvBridge().imgmsg_to_cv2(message, encoding)
+        return _BRIDGE.imgmsg_to_cv2(message, encoding)
     except (CvBridgeError, TypeError) as error:
         raise ValueError(str(error)) from error

@@ -32,19 +32,19 @@ class Crosswalk(NamedTuple):
         middle_m = 0.5 * (self.begin_m + self.end_m)
         x, y = route.line.point_at(middle_m)
         heading = route.line.heading_at(middle_m)
-        for one in obstacles:
-            if one.kind != "pedestrian":
+        for walker in obstacles:
+            if walker.kind != "pedestrian":
                 continue
-            c, s = math.cos(one.yaw_rad), math.sin(one.yaw_rad)
-            walks_m = (0.0, _SOON_S * one.speed_mps)
-            places = [(one.x_m + c * m, one.y_m + s * m) for m in walks_m]
+            c, s = math.cos(walker.yaw_rad), math.sin(walker.yaw_rad)
+            walks_m = (0.0, _SOON_S * walker.speed_mps)
+            places = [(walker.x_m + c * m, walker.y_m + s * m) for m in walks_m]
             inside_m, soon_m = (cv2.pointPolygonTest(self.polygon_m, at, True) for at in places)
-            left_m = (one.y_m - y) * math.cos(heading) - (one.x_m - x) * math.sin(heading)
-            left_mps = one.speed_mps * math.sin(one.yaw_rad - heading)
+            left_m = (walker.y_m - y) * math.cos(heading) - (walker.x_m - x) * math.sin(heading)
+            left_mps = walker.speed_mps * math.sin(walker.yaw_rad - heading)
             is_in_strip = abs(left_m) < _STRIP_M
             comes = left_m * left_mps < 0.0 and max(inside_m, soon_m) > -_NEAR_M
             if comes or (is_in_strip and inside_m > 0.0):
-                return one
+                return walker
         return None
 
 
@@ -60,4 +60,4 @@ def crosswalks_on(route: Route, polygons_m: Sequence[np.ndarray]) -> list[Crossw
         # A route may pass it more than once.
         for run in np.split(on, np.flatnonzero(np.diff(on) > 1) + 1) if on else ():
             found.append(Crosswalk(float(route.s[run[0]]), float(route.s[run[-1]]), corners))
-    return sorted(found, key=lambda one: one.begin_m)
+    return sorted(found, key=lambda crosswalk: crosswalk.begin_m)

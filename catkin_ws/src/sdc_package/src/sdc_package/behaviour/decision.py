@@ -17,12 +17,16 @@ from sdc_package.behaviour.score import Scored, because, name_of
 from sdc_package.behaviour.simulate import Simulated, simulate
 from sdc_package.braking import FIRM_MPS2, HARD_MPS2
 
-RIGHT_OF_WAY, JUNCTION_BLOCKED, CROSSWALK = "right_of_way", "junction_blocked", "crosswalk"
-OBSTACLE, PASSING, MERGING = "obstacle", "passing", "merging"
-# What limits the speed where going would cost this term.
+# What limits the speed, see sdc_common's speed_reasons.
+RIGHT_OF_WAY = "right_of_way"
+CROSSWALK = "crosswalk"
+OBSTACLE = "obstacle"
+PASSING = "passing"
+MERGING = "merging"
+# The same where going would cost this term.
 REASONS = {
     "right_of_way": RIGHT_OF_WAY,
-    "blocks_junction": JUNCTION_BLOCKED,
+    "blocks_junction": "junction_blocked",
     "crosswalk": CROSSWALK,
 }
 Score = Callable[
@@ -42,7 +46,8 @@ class Decision:
         reason: what limits the speed, "" if nothing does
         detail: the two best proposals, and what separated them
         brakes_hard: whether the car brakes as hard as it can
-        options: each proposal, its score and the terms of it [m]
+        proposals: all that the car could do
+        scored: the scores of them, None without any
     """
 
     proposal: Proposal | None = None
@@ -51,7 +56,19 @@ class Decision:
     reason: str = ""
     detail: str = ""
     brakes_hard: bool = False
-    options: tuple[tuple[str, float, dict[str, float]], ...] = ()
+    proposals: Sequence[Proposal] = ()
+    scored: Scored | None = None
+
+    @property
+    def options(self) -> list[tuple[str, float, dict[str, float]]]:
+        """Each proposal, its score, and the terms of it [m]."""
+        if self.scored is None:
+            return []
+        values_m, terms = self.scored.value_m.tolist(), self.scored.terms.items()
+        return [
+            (str(proposal), values_m[n], {name: float(costs[n]) for name, costs in terms})
+            for n, proposal in enumerate(self.proposals)
+        ]
 
     @property
     def stop_m(self) -> float:
@@ -80,7 +97,7 @@ def decide(
     predictor.update()
     claims = claims_of(scene, predictor)
     stops_m = {
-        claim.number: max(claim.away_m - 0.5 * scene.obstacles[claim.number].length_m, 0.0)
+        claim.number: max(claim.room_m, 0.0)
         for claim in claims
         if claim.yields and claim.away_m > 0.0
     }
@@ -115,38 +132,37 @@ def decide(
         user = scene.obstacles[others.user[int(contacts_s.argmin())]]
         reason, detail = OBSTACLE, f"brakes hard for {name_of(user)}"
     else:
-        reason = _reason(scene, found, scored, best)
+        reason = _reason(scene, chosen, scored.gains_m(best, other))
         pairs = (best, other), (other, best)
         texts = [(found[worse], because(*known, better, worse)) for better, worse in pairs]
         detail = "; ".join(f"{proposal}: {text}" for proposal, text in texts if text)
-    options = tuple(
-        (str(one), float(values_m[n]), {name: float(m[n]) for name, m in scored.terms.items()})
-        for n, one in enumerate(found)
-    )
     ids = tuple(user.id for user in leaders)
-    return Decision(chosen, ids, most_mps, reason, detail, bool(brakes_hard), options)
+    return Decision(chosen, ids, most_mps, reason, detail, bool(brakes_hard), found, scored)
 
 
 def _compared(found: Sequence[Proposal], values_m: np.ndarray, best: int) -> int:
     """Return with what the best proposal is compared: with going, or else the second best."""
     chosen = found[best]
-    go = next(number for number, one in enumerate(found) if one.way is chosen.way)
+    go = next(n for n, proposal in enumerate(found) if proposal.way is chosen.way)
     if go != best:
         return go
     others = (int(n) for n in np.argsort(-values_m) if str(found[n]) != str(chosen))
     return next(others, best)
 
 
-def _reason(scene: StreetScene, found: Sequence[Proposal], scored: Scored, best: int) -> str:
-    """Return why the car does not just go: the term that going on the same way would cost."""
-    chosen = found[best]
+def _reason(scene: StreetScene, chosen: Proposal, gains_m: dict[str, float]) -> str:
+    """Return why the car does not just go: the term that going on the same way would cost.
+
+    Args:
+        scene: the scene
+        chosen: the best proposal
+        gains_m: what each term costs less than on going
+    """
     if chosen.share == 1.0 and chosen.stop is None:
         if math.isfinite(chosen.stop_m):
             return OBSTACLE
         return PASSING if chosen.way.name != KEEP or scene.way.until_m else ""
-    go = _compared(found, scored.value_m, best)
-    more = {name: float(costs[go] - costs[best]) for name, costs in scored.terms.items()}
-    name = max(more, key=lambda term: more[term])
+    name = max(gains_m, key=lambda term: gains_m[term])
     return REASONS.get(name, MERGING if scene.changes_lane else OBSTACLE)
 
 
@@ -157,7 +173,7 @@ def _stops(scene: StreetScene, claims: Sequence[Claim]) -> Iterator[Stop]:
     soonest_m = scene.s_m + scene.speed_mps**2 / (2.0 * scene.settings.streets.hardest_mps2)
     places = []
     for crossing in scene.crossings:
-        spaces_m = [one.conflict.own_m[0] for one in claims if one.crossing is crossing]
+        spaces_m = [claim.conflict.own_m[0] for claim in claims if claim.crossing is crossing]
         latest_m = max(crossing.line_m, min(spaces_m, default=0.0) - BESIDE_M)
         places.append((crossing.line_m, latest_m, RIGHT_OF_WAY))
     for crosswalk, _ in scene.crosswalks:

@@ -10,7 +10,7 @@ import numpy as np
 from sdc_common.driving import DetectedObstacle
 from sdc_map.crossings import BESIDE_M, OVER_M, Conflict, Crossing
 from sdc_map.network import LanePlace
-from sdc_package.behaviour.predict import STEP_S, TIMES_S, Predictor, reaches_s
+from sdc_package.behaviour.predict import STEP_S, TIMES_S, Predictor, may_reach, reaches_s
 from sdc_package.behaviour.road import ALONG_RAD
 from sdc_package.behaviour.scene import AT_REST_MPS, StreetScene
 
@@ -22,6 +22,7 @@ class Claim(NamedTuple):
     crossing: Crossing
     conflict: Conflict
     away_m: float  # distance of its centre to the junction, negative inside [m]
+    room_m: float  # distance of its front to the junction, negative inside [m]
     yields: bool  # whether it gives way to the car
 
 
@@ -29,10 +30,8 @@ def claims_of(scene: StreetScene, predictor: Predictor) -> list[Claim]:
     """Return the road users on ways that meet that of the car in the next junctions."""
     found: list[Claim] = []
     for crossing in scene.crossings:
-        x, y = scene.road.route.line.point_at(crossing.line_m)
         for number, user in enumerate(scene.obstacles):
-            reach_m = scene.soon_m + TIMES_S[-1] * user.speed_mps
-            if math.dist((user.x_m, user.y_m), (x, y)) > reach_m:
+            if not may_reach(scene, user, crossing.line_m):
                 continue
             place = predictor.place_of(user)
             waits = user.speed_mps < AT_REST_MPS
@@ -60,15 +59,15 @@ def _claims(
         if away_m is None:
             continue
         room_m = away_m - 0.5 * user.length_m
-        # One that stands waits at its line, or is in a queue, or was let in: it is no matter.
+        # A road user that stands elsewhere than at its line is in a queue, or was let in.
         if user.speed_mps < AT_REST_MPS and not 0.0 <= room_m < scene.settings.proposals.wait_m:
             continue
-        # One that would have to brake hard does not give way.
+        # A road user that would have to brake hard does not give way.
         braking_mps2 = scene.settings.prediction.yields_mps2
         stops_m = user.speed_mps**2 / (2.0 * braking_mps2)
         runs = user.speed_mps > AT_REST_MPS and room_m < stops_m
         yields = not (conflict.is_first or runs)
-        yield Claim(number, crossing, conflict, away_m, yields)
+        yield Claim(number, crossing, conflict, away_m, room_m, yields)
 
 
 def passes_s(s_m: np.ndarray, place_m: float) -> np.ndarray:
@@ -109,8 +108,8 @@ def taken_s(scene: StreetScene, s_m: np.ndarray, claim: Claim) -> np.ndarray:
     begins_s = passes_s(s_m, line_m)
     outside = line_m + OVER_M > scene.s_m
     total_s, half_m = np.zeros_like(enters_s), 0.5 * user.length_m
-    space_m = conflict.its_m[0] - half_m, conflict.its_m[1] + half_m
-    places_m = [claim.away_m + place_m for place_m in (-half_m, *space_m)]
+    space_m = claim.room_m + conflict.its_m[0], claim.away_m + conflict.its_m[1] + half_m
+    places_m = claim.room_m, *space_m
     for weight, (arrives_s, in_s, out_s) in reaches_s(scene, user, places_m):
         if math.isinf(arrives_s):
             continue

@@ -18,13 +18,16 @@ STEP_S = 0.4
 STEPS = 26
 TIMES_S = STEP_S * np.arange(STEPS)
 # What a road user may do; the last one is for those that should give way to the car.
-GOES_ON, ACCELERATES, BRAKES, UNSEEN = "goes_on", "accelerates", "brakes", "unseen"
+GOES_ON = "goes_on"
+ACCELERATES = "accelerates"
+BRAKES = "brakes"
+UNSEEN = "unseen"
 # Lanes of road users are looked up so near to them [m].
 _LANE_M = 2.5
 
 
 class Predicted(NamedTuple):
-    """Predictions of road users; a row for each thing that one may do, arrays (T, R)."""
+    """Predictions of road users; a row for each thing that each may do, arrays (T, R)."""
 
     user: np.ndarray  # (R,) index of the road user in the observation
     weight: np.ndarray  # (R,) how likely it does that
@@ -96,12 +99,10 @@ class Predictor:
             scene: the scene
             stops_m: how far from each that gives way to the car, by its index, it stops [m]
         """
-        x, y = scene.road.route.line.point_at(scene.s_m)
         seen = scene.settings.prediction
         users, names, poses = [], [], []
         for number, user in enumerate(scene.obstacles):
-            reach_m = scene.soon_m + TIMES_S[-1] * user.speed_mps
-            if math.dist((user.x_m, user.y_m), (x, y)) > reach_m:
+            if not may_reach(scene, user, scene.s_m):
                 continue
             stop_m = stops_m.get(number, math.inf)
             for name in (GOES_ON, UNSEEN) if number in stops_m else (GOES_ON,):
@@ -125,7 +126,7 @@ class Predictor:
         return Predicted(*(part[..., keep] for part in (*found, *sizes)))
 
     def _poses(self, scene: StreetScene, user: DetectedObstacle, stop_m: float) -> np.ndarray:
-        """Return (5, T) x, y, heading, speed and height of one that goes on, up to a place."""
+        """Return (5, T) x, y, heading, speed and height while it goes on to a place."""
         faster_mps2 = acceleration_mps2(scene, user)
         travel_m, mps = travels(scene, user, max(faster_mps2, 0.0))
         mps, travel_m = np.where(travel_m < stop_m, mps, 0.0), np.minimum(travel_m, stop_m)
@@ -165,6 +166,13 @@ class Predictor:
         heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
         middle = 0.5 * (s_m[1:] + s_m[:-1])
         return Onward(s_m, line[:, :2], np.interp(s_m, middle, heading), line[:, 2])
+
+
+def may_reach(scene: StreetScene, user: DetectedObstacle, s_m: float) -> bool:
+    """Return whether a road user and the car may both come to a place of the route in time."""
+    reach_m = scene.soon_m + TIMES_S[-1] * user.speed_mps
+    place = scene.road.route.line.point_at(s_m)
+    return math.dist((user.x_m, user.y_m), place) <= reach_m
 
 
 def acceleration_mps2(scene: StreetScene, user: DetectedObstacle) -> float:

@@ -16,7 +16,13 @@ from sdc_package.behaviour.offset_path import SAME_M
 from sdc_package.behaviour.road import BEHIND_LINE, NOTHING, SAME
 from sdc_package.behaviour.scene import AT_REST_MPS, Stop, StreetScene
 
-KEEP, BACK, STAY, PASS, ASIDE, NUDGE = "keep", "back", "stay", "pass", "aside", "nudge"
+# Names of the ways.
+KEEP = "keep"
+BACK = "back"
+STAY = "stay"
+PASS = "pass"
+ASIDE = "aside"
+NUDGE = "nudge"
 # Shares of the planned speed with which each way is proposed, too.
 SLOWER = (0.5, 0.0)
 # A car that is farther beside its route at the start pulls out [m].
@@ -219,6 +225,5 @@ def way_costs(scene: StreetScene, offset_m: np.ndarray) -> dict[str, float]:
     }
     for n in scene.emergency[:1]:
         y = offset[len(offset) // 2] + scene.route_y[scene.soon][len(offset) // 2]
-        free_m = scene.others.half_width_m[n] + 0.5 * scene.settings.width_m
-        costs["hinders"] = max(0.0, 1.0 - abs(y - scene.others.y_m[n]) / free_m)
+        costs["hinders"] = max(0.0, 1.0 - abs(y - scene.others.y_m[n]) / scene.body_m[n])
     return costs

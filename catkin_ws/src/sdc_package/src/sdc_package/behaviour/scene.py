@@ -17,7 +17,10 @@ from sdc_package.behaviour.road import SAME, RoadAlong
 from sdc_package.obstacle_prediction import Obstacles
 from sdc_package.street_settings import StreetSettings
 
-AMBULANCE, PEDESTRIAN, OBSTACLE = "ambulance", "pedestrian", "obstacle"
+# Kinds of road users.
+AMBULANCE = "ambulance"
+PEDESTRIAN = "pedestrian"
+OBSTACLE = "obstacle"
 # A road user that is slower stands [m/s].
 AT_REST_MPS = 0.5
 # Spacing of the places at which ways and speeds are given [m].
@@ -41,7 +44,7 @@ _UNKNOWN = Track(0.0)
 
 
 class Tracker:
-    """Follows the road users by their ids; one without an id has no history.
+    """Follows the road users by their ids; without an id, a road user has no history.
 
     Args:
         mean_s: age of the mean speed with which a speed is compared [s]
@@ -132,11 +135,12 @@ class StreetScene:
         left = road.left[road.at(self.grid_m)]
         self.line_y = np.where(left == SAME, math.inf, self.route_y + self.inside_m + SAME_M)
         self.way_y = self.ways([way.offset_m])[0]
-        body_m = others.half_width_m + 0.5 * self.settings.width_m
+        # How far apart the centres of the car and each other are if they touch.
+        self.body_m = body_m = others.half_width_m + 0.5 * self.settings.width_m
         apart_m = np.abs(others.y_m - np.interp(others.s_m, self.grid_m, self.way_y))
         self.blocks = apart_m < body_m
         body_m = body_m + proposing.beside_m
-        self._on_route = np.abs(self.others.beside_m) < body_m
+        self._on_route = np.abs(others.beside_m) < body_m
         ahead = (others.s_m > s_m) & (others.s_m < s_m + self.soon_m)
         usual_mps = np.interp(others.s_m, self.grid_m, self.most_mps)
         slow = ahead & (apart_m < body_m) & (others.along_mps < proposing.share * usual_mps)
@@ -172,7 +176,7 @@ class StreetScene:
                 track.slow_since_s = track.rest_since_s = math.inf
 
     def _may_pass(self, n: int, track: Track) -> bool:
-        """Return whether one holds the car up for so long that it is passed."""
+        """Return whether a road user holds the car up for so long that it is passed."""
         along_mps, kind, times = self.others.along_mps[n], self._kinds[n], self.settings.proposals
         if kind == PEDESTRIAN or along_mps < -AT_REST_MPS:
             return False
@@ -205,11 +209,11 @@ class StreetScene:
 
     @property
     def is_invaded(self) -> bool:
-        """Whether an oncoming one reaches into the lane of the car."""
+        """Whether an oncoming road user reaches into the lane of the car."""
         reach_m = np.abs(self.others.beside_m) - self.others.half_width_m
         its_s = self.others.s_m  # after the route, its lane is not known
         inside = (its_s > self.s_m) & (its_s < self.road.route.length_m)
-        inside &= reach_m < self.inside_m + 0.5 * self.settings.width_m - SAME_M
+        inside &= reach_m < 0.5 * self.width_m - SAME_M
         invades = inside & (self.others.along_mps < -AT_REST_MPS)
         return bool(invades.any()) and not self.road.in_junction[self.at]
 
@@ -229,6 +233,5 @@ class StreetScene:
 
     def needed_m(self, n: int, side: float) -> float:
         """Return how far beside the route the car passes a road user on one side [m]."""
-        reach_m = self.others.half_width_m[n] + 0.5 * self.settings.width_m
-        reach_m += self.settings.proposals.beside_m
+        reach_m = self.body_m[n] + self.settings.proposals.beside_m
         return float(max(side * self.others.beside_m[n] + reach_m, 0.0))

@@ -50,6 +50,10 @@ class Scored:
     met: np.ndarray
     takes_from: np.ndarray
 
+    def gains_m(self, better: int, worse: int) -> dict[str, float]:
+        """Return by how much less each term costs on one proposal than on another [m]."""
+        return {name: float(costs[worse] - costs[better]) for name, costs in self.terms.items()}
+
     @property
     def value_m(self) -> np.ndarray:
         """The scores (P,), the greatest is the best [m]."""
@@ -131,7 +135,7 @@ def because(
     other: int,
 ) -> str:
     """Return what separated a proposal from a better one, in a few words, "" if nothing did."""
-    gains = {name: float(costs[other] - costs[best]) for name, costs in scored.terms.items()}
+    gains = scored.gains_m(best, other)
     gains["progress"] = float(scored.progress_m[best] - scored.progress_m[other])
     name = max(gains, key=lambda term: gains[term])
     if gains[name] < 0.5:

@@ -16,7 +16,7 @@ from sdc_package.behaviour.predict import STEP_S, STEPS, TIMES_S, Predicted
 from sdc_package.behaviour.propose import Proposal
 from sdc_package.behaviour.scene import AT_REST_MPS, GRID_M, StreetScene
 
-# One behind that is so many steps behind the car on its lane keeps its distance.
+# A road user that is so many steps behind the car on its lane keeps its distance.
 _REACTS_STEPS = 2
 
 
@@ -37,6 +37,7 @@ class _Pairs(NamedTuple):
     half_length_m: np.ndarray
     half_width_m: np.ndarray
     moves: np.ndarray  # (T, R) whether the other one moves
+    aligned: np.ndarray  # (R,) whether it drives in the direction of the car
     follows: np.ndarray  # (R,) whether it is behind the car on its lane now
 
 
@@ -50,21 +51,25 @@ def simulate(scene: StreetScene, proposals: Sequence[Proposal], others: Predicte
     most_mps = np.minimum(scene.most_mps * shares, np.array(bends)[numbers])
     way_y, settings = ways_y[numbers], scene.settings
     half_width_m = others.half_width_m + 0.5 * settings.width_m
-    behind = (others.s_m[0] < scene.s_m) & (others.along_mps[0] > np.abs(others.left_mps))
+    aligned = others.along_mps[0] > np.abs(others.left_mps)
+    behind = aligned & (others.s_m[0] < scene.s_m)
     pairs = _Pairs(
         others.half_length_m + settings.front_m,
         half_width_m,
         np.abs(others.along_mps) > AT_REST_MPS,
+        aligned,
         behind & (np.abs(others.y_m[0] - way_y[0, scene.here]) < half_width_m[0]),
     )
-    stops_m = [min(one.stop_m, scene.stop.s_m if scene.stop else math.inf) for one in proposals]
+    light_m = scene.stop.s_m if scene.stop else math.inf
+    stops_m = [min(proposal.stop_m, light_m) for proposal in proposals]
     s_m, speed_mps, hardest_mps2, leads = _driven(
         scene, way_y, most_mps, np.array(stops_m), others, pairs
     )
     new = np.array([[proposal.way.is_new] for proposal in proposals])
-    place_y = way_y[np.arange(len(proposals)), _at(scene, s_m)]
-    oncoming_s = STEP_S * (place_y > scene.line_y[_at(scene, s_m)]).sum(axis=0)
-    contact_s = _contacts(scene, way_y, s_m, speed_mps, new, others, pairs)
+    places = _at(scene, s_m)
+    place_y = way_y[np.arange(len(proposals)), places]
+    oncoming_s = STEP_S * (place_y > scene.line_y[places]).sum(axis=0)
+    contact_s = _contacts(scene, way_y, place_y, s_m, speed_mps, new, others, pairs)
     return Simulated(s_m, speed_mps, contact_s, hardest_mps2, oncoming_s, leads)
 
 
@@ -94,7 +99,7 @@ def _driven(
     along_mps = others.along_mps[:, ever]
     s_m, v = np.full(len(rows), scene.s_m), np.full(len(rows), scene.speed_mps)
     way_s, way_mps, hardest = np.empty((STEPS, len(rows))), np.empty((STEPS, len(rows))), 0.0 * v
-    # The stop is one more at rest, so far ahead that the car stops there.
+    # The stop counts as a road user at rest, so far ahead that the car stops there.
     gaps_m, ahead_mps = np.empty((len(rows), len(ever) + 1)), np.zeros(len(ever) + 1)
     for step, its_s in enumerate(others.s_m[:, ever]):
         way_s[step], way_mps[step] = s_m, v
@@ -114,6 +119,7 @@ def _driven(
 def _contacts(
     scene: StreetScene,
     way_y: np.ndarray,
+    place_y: np.ndarray,
     s_m: np.ndarray,
     speed_mps: np.ndarray,
     new: np.ndarray,
@@ -121,9 +127,9 @@ def _contacts(
     pairs: _Pairs,
 ) -> np.ndarray:
     """Return (P, R) times of the first contacts that the car would cause, inf: none [s]."""
-    margins, rows, half_length_m = scene.settings.streets, np.arange(len(way_y)), pairs[0][:, None]
+    margins, rows = scene.settings.streets, np.arange(len(way_y))
+    half_length_m, place_y = pairs.half_length_m[:, None], place_y[..., None]
     # The front is where the centre will be; towards those behind, the rear matters.
-    place_y = way_y[rows, _at(scene, s_m)][..., None]
     front_y = way_y[rows, _at(scene, s_m + scene.settings.front_m)][..., None]
     distance_m = others.s_m[:, None] - s_m[..., None]
     near_y = np.where(distance_m > -half_length_m, front_y, place_y)
@@ -132,7 +138,7 @@ def _contacts(
     # A new way has greater distances, so that the car is not of two minds.
     factor = np.where(new, margins.new_factor, 1.0)
     car_mps, its_mps = speed_mps[..., None], others.along_mps[:, None]
-    is_behind = overlap & (others.along_mps[0] > np.abs(others.left_mps)) & (distance_m < 0.0)
+    is_behind = overlap & pairs.aligned & (distance_m < 0.0)
     safe_m = margins.gap_m + np.maximum(its_mps - car_mps, 0.0) ** 2 / (2.0 * margins.rear_mps2)
     cuts_in = is_behind & (-distance_m - half_length_m < factor * safe_m)
     # A car that stays in its lane does not cut in before one behind it.
@@ -146,7 +152,7 @@ def _contacts(
 
 
 def _settled(is_behind: np.ndarray, follows: np.ndarray) -> np.ndarray:
-    """Return (T, P, R) whether one has been behind the car for so long that it keeps away."""
+    """Return (T, P, R) whether a road user behind the car has had the time to keep away."""
     since = is_behind.copy()
     for steps in range(1, _REACTS_STEPS + 1):
         since[steps:] &= is_behind[:-steps]

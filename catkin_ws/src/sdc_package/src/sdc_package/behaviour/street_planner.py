@@ -145,7 +145,7 @@ class StreetPlanner:
             if mission is not None:
                 self.follow(mission.points_m, mission.limits_mps, speed_mps)
         if self._y_sign < 0.0:
-            others = [negated(one, "y_m", "yaw_rad") for one in observation.obstacles]
+            others = [negated(user, "y_m", "yaw_rad") for user in observation.obstacles]
             observation = replace(negated(observation, "y_m", "yaw_rad"), obstacles=others)
             lines = self._known_lights.lines.items()
             self._lights.lines = {number: negated(line, "y_m") for number, line in lines}
@@ -184,12 +184,12 @@ class StreetPlanner:
         first, last = np.searchsorted(route.s, ends_m)
         points_m, heights_m = route.points[first:last], self._heights_m[first:last]
 
-        def is_on_level(one: DetectedObstacle | StopLine) -> bool:
-            away_m = np.hypot(*(points_m - (one.x_m, one.y_m)).T)
+        def is_on_level(place: DetectedObstacle | StopLine) -> bool:
+            away_m = np.hypot(*(points_m - (place.x_m, place.y_m)).T)
             row = int(np.argmin(away_m))
-            return not other_level(one.z_m, heights_m[row], away_m[row])
+            return not other_level(place.z_m, heights_m[row], away_m[row])
 
-        obstacles = [one for one in observation.obstacles if is_on_level(one)]
+        obstacles = [user for user in observation.obstacles if is_on_level(user)]
         states = {
             number: state
             for number, state in observation.light_states.items()
@@ -222,7 +222,7 @@ class StreetPlanner:
             self.decision = Decision()
             return
         until_m = min(s_m, stop.s_m if stop else math.inf) + local.horizon_m
-        near = [one for one in self._crossings[:2] if one.line_m < until_m]
+        near = [crossing for crossing in self._crossings[:2] if crossing.line_m < until_m]
         in_use = [
             (crosswalk, user)
             for crosswalk in self._crosswalks
@@ -258,7 +258,8 @@ class StreetPlanner:
         self, local: LocalPlanner, rows: np.ndarray, observation: Observation
     ) -> np.ndarray:
         """Return rows that keep the distance to those that the car follows."""
-        leaders = [one for one in observation.obstacles if one.id in self.decision.leaders]
+        ids = self.decision.leaders
+        leaders = [user for user in observation.obstacles if user.id in ids]
         if not leaders:
             return rows
         route, place_s_m, margins = local.route, local.place.s_m, self._settings.streets
@@ -271,7 +272,7 @@ class StreetPlanner:
         )
         known = distances, observation.speed_mps, self.way.offset_at
         s_m = route.s[local.ahead]
-        caps = np.array([caps_behind(route, s_m, place_s_m, one, *known) for one in leaders])
+        caps = np.array([caps_behind(route, s_m, place_s_m, user, *known) for user in leaders])
         if not self.decision.reason:
             detail = name_of(leaders[int(np.argmin(caps[:, 0]))])
             self.decision = replace(self.decision, reason=OBSTACLE, detail=detail)

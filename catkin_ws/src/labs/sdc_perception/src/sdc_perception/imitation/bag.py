@@ -6,10 +6,9 @@ import math
 
 import numpy as np
 import rosbag
-from cv_bridge import CvBridge, CvBridgeError
 
-from sdc_common.ros.conversion import check_image
 from sdc_common.ros.odometry import pose_and_speed
+from sdc_common.ros.pictures import pixels_of
 from sdc_perception.imitation.samples import Samples
 from sdc_perception.imitation_samples import DrivenLine, road_view
 
@@ -29,7 +28,7 @@ def bag_samples(path: str, least_speed_mps: float, pictures_per_s: float) -> Sam
         ValueError: the bag is missing, damaged, or lacks the topics; the message is one line
     """
     times, rows, views, view_times = [], [], [], []
-    bridge, next_s = CvBridge(), -math.inf
+    next_s = -math.inf
     try:
         with rosbag.Bag(path) as bag:
             for topic, message, _ in bag.read_messages([ODOMETRY, PICTURES]):
@@ -39,10 +38,9 @@ def bag_samples(path: str, least_speed_mps: float, pictures_per_s: float) -> Sam
                     rows.append(pose_and_speed(message))
                 elif time_s >= next_s:
                     next_s = time_s + 0.99 / pictures_per_s
-                    check_image(message)
-                    views.append(road_view(bridge.imgmsg_to_cv2(message, "bgra8")))
+                    views.append(road_view(pixels_of(message, "bgra8")))
                     view_times.append(time_s)
-    except (OSError, ValueError, CvBridgeError, rosbag.ROSBagException) as error:
+    except (OSError, ValueError, rosbag.ROSBagException) as error:
         raise ValueError(f"{path}: cannot be read: {error}") from error
     for topic, found in ((ODOMETRY, rows), (PICTURES, views)):
         if not found:
