@@ -142,6 +142,17 @@ def test_drive_with_traffic_on_the_left_is_the_mirror_image_of_that_on_the_right
     assert counts[0] == counts[1]
 
 
+def test_cost_of_the_lab_chooses_on_the_streets():
+    options = {"score_function": "sdc_behaviour.streets:score"}
+    hazard = {"street_scenario": "HardBreakRoute"}
+    driven = [
+        drive_result(map="town", seed=1, sim_options=hazard, planner_options=chosen)
+        for chosen in (options, {})
+    ]
+    assert [one.metrics["status"] for one in driven] == 2 * ["completed"]
+    assert not np.array_equal(driven[0].rows, driven[1].rows)
+
+
 def test_seed_without_a_map_is_that_of_the_noise(tmp_path):
     found = launch_arguments("", {"seed": "3", "sim_options": "{friction: 0.5}"})
     assert found == {"seed": "3", "sim_options": "{friction: 0.5, seed: 3}"}

@@ -27,10 +27,10 @@ class StreetPlannerNode:
         try:
             settings = StreetSettings.read(parameter)
             network = load_network(parameter("map"))
+            self.inputs = PlannerInputs(self.answer, settings.planner.traffic_lights)
+            self.planner = StreetPlanner(network, settings, self.inputs.traffic_lights)
         except (TypeError, ValueError) as error:
             refuse(f"config/local_planner.yaml, config/street_planner.yaml: {error}")
-        self.inputs = PlannerInputs(self.answer, settings.planner.traffic_lights)
-        self.planner = StreetPlanner(network, settings, self.inputs.traffic_lights)
         self.waypoints = np.empty((0, 2))
         self.limits = np.empty((0, 3))  # rows x, y and limit of the road [m, m, m/s]
         self.speed = 0.0

@@ -1,6 +1,7 @@
 """Street planners on small roads and in the town, and a point that drives as they plan."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from planned_roads import street_parameters
@@ -24,11 +25,12 @@ TICK_NS = 50_000_000
 SETTINGS = StreetSettings.read(street_parameters().__getitem__)
 
 
-def new_planner(network, points_m, limits_mps=None, lines=(), **options):
+def new_planner(network, points_m, limits_mps=None, lines=(), score_function="", **options):
     """Return a planner that follows a mission."""
     lights = TrafficLightMonitor(SETTINGS.planner.traffic_lights)
     lights.lines = dict(lines)
-    planner = StreetPlanner(network, SETTINGS, lights, **options)
+    settings = replace(SETTINGS, score_function=score_function)
+    planner = StreetPlanner(network, settings, lights, **options)
     limits_mps = np.full(len(points_m), MOST_MPS) if limits_mps is None else limits_mps
     planner.follow(np.asarray(points_m, float), limits_mps, MOST_MPS)
     return planner

@@ -240,9 +240,23 @@ def test_own_score_takes_the_place_of_that_of_the_product(town, street):
         return dataclasses.replace(scored, terms={**scored.terms, "timid": 1e6 * brakes})
 
     points_m, route, s_m = street
-    planner = new_planner(town[0], points_m, scores=timid)
+    planner = new_planner(town[0], points_m, score_function=timid)
     plan(planner, route, s_m, 8.0, [car_at(street, 60.0, 0.0, 0.0, 8.0)])
     assert planner.decision.most_mps < 8.0
+
+
+@pytest.mark.parametrize(
+    ("named", "message"),
+    [
+        ("no_such_module:Score", "'no_such_module:Score' cannot be loaded: No module named"),
+        ("math", "'math' cannot be loaded"),
+        ("math:pi", "'math:pi' is not a function"),
+    ],
+)
+def test_score_that_cannot_be_loaded_is_one_line(town, street, named, message):
+    with pytest.raises(ValueError, match=f"score_function {message}") as error:
+        new_planner(town[0], street[0], score_function=named)
+    assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ class StreetSettings:
     prediction: SimpleNamespace  # what others will do; `weights` is a dictionary
     proposals: SimpleNamespace  # what the car could do
     weights_m: Mapping[str, float]  # the section `score`: name of each term, and its weight [m]
+    score_function: Any  # a score of your own, see `behaviour.score.load_score`
 
     @classmethod
     def read(cls, parameter: Callable[[str], Any]) -> StreetSettings:
@@ -37,7 +38,8 @@ class StreetSettings:
         sections = {name: _checked(name, parameter(name), shipped[name]) for name in names}
         weights_m = sections.pop("score")
         spaces = {name: SimpleNamespace(**section) for name, section in sections.items()}
-        return cls(planner=PlannerSettings.read(parameter), weights_m=weights_m, **spaces)
+        planner, score_function = PlannerSettings.read(parameter), parameter("score_function")
+        return cls(planner, weights_m=weights_m, score_function=score_function, **spaces)
 
     @property
     def front_m(self) -> float:

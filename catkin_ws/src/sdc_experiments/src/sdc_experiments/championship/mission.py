@@ -15,7 +15,7 @@ from sdc_map.network_file import load_network
 from sdc_package.car import Car, PathPlanner
 
 # What a class Driver can have: the whole car, or a part of ours.
-PARTS = ("step", "plan", "wheel_angle")
+PARTS = ("step", "plan", "score", "wheel_angle")
 
 
 @dataclass(frozen=True)
@@ -40,13 +40,14 @@ class DriverMission:
     map: str = ""
     goals: tuple = ()
 
-    def default_planner(self) -> PathPlanner:
-        """Return our planner for this mission."""
+    def default_planner(self, **options: Any) -> PathPlanner:
+        """Return our planner for this mission; `options` replace parameters of `planner`."""
         missions = None
         if self.map:
             missions = GlobalPlanner(load_network(self.map))
             missions.drive_to(self.goals)
-        return own_planner(self.planner, self.waypoints_m, self.stop_lines, missions, self.first)[0]
+        limits = {**self.planner, **options}
+        return own_planner(limits, self.waypoints_m, self.stop_lines, missions, self.first)[0]
 
     def default_car(self, steering: SteeringSource | None = None, **options: Any) -> Car:
         """Return our car for this mission, such as `mission.default_car("lqr_feedforward")`.
@@ -66,8 +67,9 @@ def car_of(driver: Any, mission: DriverMission) -> Any:
     """
     if hasattr(driver, "step"):
         return driver
-    has_plan, steers = hasattr(driver, "plan"), hasattr(driver, "wheel_angle")
-    if not (has_plan or steers):
+    has_plan, scores, steers = (hasattr(driver, name) for name in PARTS[1:])
+    if not (has_plan or scores or steers):
         raise TypeError(f"class Driver has none of the methods {', '.join(PARTS)}")
-    planner = function_planner(driver.plan) if has_plan else mission.default_planner()
+    own = {"score_function": driver.score} if scores else {}
+    planner = function_planner(driver.plan) if has_plan else mission.default_planner(**own)
     return car_with(planner, driver if steers else None)

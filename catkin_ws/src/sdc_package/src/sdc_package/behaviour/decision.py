@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Callable, Iterator, Sequence
+from typing import Iterator, Sequence
 
 import numpy as np
 
 from sdc_map.crossings import BESIDE_M, OVER_M
 from sdc_package.behaviour.junctions import Claim, claims_of
-from sdc_package.behaviour.predict import STEP_S, Predicted, Predictor
+from sdc_package.behaviour.predict import STEP_S, Predictor
 from sdc_package.behaviour.propose import KEEP, CarWay, Proposal, proposals, ways
 from sdc_package.behaviour.scene import Stop, StreetScene
-from sdc_package.behaviour.score import Scored, because, name_of
-from sdc_package.behaviour.simulate import Simulated, simulate
+from sdc_package.behaviour.score import Score, Scored, because, name_of
+from sdc_package.behaviour.simulate import simulate
 from sdc_package.braking import FIRM_MPS2, HARD_MPS2
 
 # What limits the speed, see sdc_common's speed_reasons.
@@ -29,10 +29,6 @@ REASONS = {
     "blocks_junction": "junction_blocked",
     "crosswalk": CROSSWALK,
 }
-Score = Callable[
-    [StreetScene, Sequence[Proposal], Simulated, Sequence[Claim], Predicted],
-    Scored,
-]
 
 
 @dataclass(frozen=True)
@@ -125,7 +121,8 @@ def decide(
         most_mps = max(chosen.share * float(scene.most_mps[scene.here]), soon_mps)
     # The best proposal still has a contact, before a hard stop could avoid it.
     contacts_s = np.where(others.goes_on, result.contact_s[best], math.inf)
-    brakes_hard = contacts_s.min(initial=math.inf) < scene.speed_mps / HARD_MPS2 + STEP_S
+    late_s = scene.speed_mps / (2.0 * HARD_MPS2) + STEP_S  # for a stop before the contact
+    brakes_hard = contacts_s.min(initial=math.inf) < late_s
     leaders = [scene.obstacles[number] for number in others.user[result.leads[best]]]
     known = scene, scored, result, claims, others
     if brakes_hard:

@@ -114,6 +114,7 @@ class Predictor:
         along = scene.road.along(scene.sight_m, x_m, y_m, yaw_rad, seen_users)
         left_mps = (along.y_m[1] - along.y_m[0]) / STEP_S
         near = np.abs(along.beside_m) < seen.beside_m + along.half_width_m
+        near &= (along.s_m > scene.sight_m[0]) & (along.s_m < scene.sight_m[1])
         half_width_m = along.half_width_m
         if not self._network.is_flat:  # what is on another level has no place on the road
             over = other_level(z_m, np.interp(along.s_m, scene.road.route.s, scene.road.z_m))
@@ -127,8 +128,7 @@ class Predictor:
 
     def _poses(self, scene: StreetScene, user: DetectedObstacle, stop_m: float) -> np.ndarray:
         """Return (5, T) x, y, heading, speed and height while it goes on to a place."""
-        faster_mps2 = acceleration_mps2(scene, user)
-        travel_m, mps = travels(scene, user, max(faster_mps2, 0.0))
+        travel_m, mps = travels(scene, user, acceleration_mps2(scene, user))
         mps, travel_m = np.where(travel_m < stop_m, mps, 0.0), np.minimum(travel_m, stop_m)
         place = self.place_of(user) if user.speed_mps >= AT_REST_MPS else None
         if place is None:
@@ -138,10 +138,12 @@ class Predictor:
         onward = self._onward(place.lane)
         at = place.s_m + travel_m
         heading = np.interp(at, onward.s_m, onward.heading_rad)
-        # Who moves across its lane goes on with it for a short time.
-        across_mps = user.speed_mps * math.sin(place.heading_error_rad)
+        # Who moves across its lane goes on with it for a short time; in a junction, no one changes
+        # lanes, and a long one that seems to is in a bend.
         across_s = np.minimum(TIMES_S, scene.settings.prediction.across_s)
-        left_m = place.cross_track_m + across_mps * across_s
+        left_m = place.cross_track_m + across_s * user.speed_mps * math.sin(place.heading_error_rad)
+        if self._network.lanes[place.lane].junction:
+            left_m = place.cross_track_m * (1.0 - across_s / across_s[-1])
         x = np.interp(at, onward.s_m, onward.points_m[:, 0]) - left_m * np.sin(heading)
         y = np.interp(at, onward.s_m, onward.points_m[:, 1]) + left_m * np.cos(heading)
         beyond_m = np.maximum(at - onward.s_m[-1], 0.0)

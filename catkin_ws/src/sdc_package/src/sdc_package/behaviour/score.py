@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Mapping, Sequence
+from typing import Any, Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from sdc_package.behaviour.predict import STEP_S, TIMES_S, Predicted
 from sdc_package.behaviour.propose import KEEP, Proposal
 from sdc_package.behaviour.scene import StreetScene
 from sdc_package.behaviour.simulate import Simulated
+from sdc_package.named import load_named
 
 # What each term counts; the section `score` of config/street_planner.yaml has the weights.
 TERMS: Mapping[str, str] = {
@@ -58,6 +59,31 @@ class Scored:
     def value_m(self) -> np.ndarray:
         """The scores (P,), the greatest is the best [m]."""
         return self.progress_m - sum(self.terms.values())
+
+
+Score = Callable[
+    [StreetScene, Sequence[Proposal], Simulated, Sequence[Claim], Predicted],
+    Scored,
+]
+
+
+def load_score(named: str | Score) -> Score:
+    """Return a score of your own, which is called as `score` is.
+
+    Args:
+        named: the function, or `module:name` of a function or class; "" for `score`
+
+    Raises:
+        ValueError: it cannot be loaded; the message is one line with the fix
+    """
+    if not named:
+        return score
+    text = f"score_function '{named}'"
+    found: Any = load_named(text, named) if isinstance(named, str) else named
+    found = found() if isinstance(found, type) else found
+    if not callable(found):
+        raise ValueError(f"{text} is not a function, and has no __call__")
+    return found
 
 
 def score(

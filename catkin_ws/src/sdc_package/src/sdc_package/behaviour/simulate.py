@@ -141,11 +141,12 @@ def _contacts(
     is_behind = overlap & pairs.aligned & (distance_m < 0.0)
     safe_m = margins.gap_m + np.maximum(its_mps - car_mps, 0.0) ** 2 / (2.0 * margins.rear_mps2)
     cuts_in = is_behind & (-distance_m - half_length_m < factor * safe_m)
-    # A car that stays in its lane does not cut in before one behind it.
-    cuts_in &= ~pairs.follows | (np.abs(place_y - way_y[0, scene.here]) > 2.0 * SAME_M)
+    # A car that stays in its lane does not cut in.
+    cuts_in &= np.abs(place_y - way_y[0, scene.here]) > 2.0 * SAME_M
     is_oncoming = its_mps < -np.abs(others.left_mps)
     clear_m = np.where(is_oncoming, -margins.oncoming_s * factor * its_mps, 0.5)
-    meets = overlap & (np.abs(distance_m) < half_length_m + clear_m)
+    meets = overlap & (distance_m < half_length_m + clear_m)
+    meets &= distance_m > -half_length_m - 0.5
     meets &= is_oncoming | (car_mps > AT_REST_MPS)
     contact = (cuts_in | meets) & ~_settled(is_behind, pairs.follows)
     return np.where(contact.any(axis=0), STEP_S * contact.argmax(axis=0), math.inf)

@@ -15,13 +15,13 @@ from sdc_map.crossings import Crossing, crossings, heights_along, places_along
 from sdc_map.mirror import negated
 from sdc_map.network import Network
 from sdc_package.behaviour.crosswalks import crosswalks_on
-from sdc_package.behaviour.decision import OBSTACLE, Decision, Score, decide
+from sdc_package.behaviour.decision import OBSTACLE, Decision, decide
 from sdc_package.behaviour.offset_path import OffsetPath
 from sdc_package.behaviour.predict import Predictor
 from sdc_package.behaviour.propose import KEEP, PULLS_OUT_M
 from sdc_package.behaviour.road import road_along
 from sdc_package.behaviour.scene import AT_REST_MPS, Stop, StreetScene, Tracker
-from sdc_package.behaviour.score import name_of, score
+from sdc_package.behaviour.score import load_score, name_of
 from sdc_package.local_planner import LocalPlanner
 from sdc_package.obstacle_prediction import Distances
 from sdc_package.obstacles import caps_behind
@@ -53,7 +53,9 @@ class StreetPlanner:
         lights: the known traffic lights; `plan` sets their states
         missions: plans another mission when it is needed; None: `follow` sets it
         keeps_route: whether the car keeps its route, and does not pass, change lanes or make room
-        scores: scores proposals, see `behaviour.score`
+
+    Raises:
+        ValueError: the score of the settings cannot be loaded
 
     Attributes:
         decision: the last one, with all that was proposed
@@ -66,7 +68,6 @@ class StreetPlanner:
         lights: TrafficLightMonitor,
         missions: GlobalPlanner | None = None,
         keeps_route: bool = False,
-        scores: Score = score,
     ):
         self._settings, self._missions, self._y_sign = settings, missions, network.y_sign
         # Those of the observation, and those where it plans.
@@ -74,7 +75,7 @@ class StreetPlanner:
         if self._y_sign < 0.0:
             self._lights = TrafficLightMonitor(lights.margins)
         self._network = network.right_hand
-        self._keeps_route, self._scores = keeps_route, scores
+        self._keeps_route, self._score = keeps_route, load_score(settings.score_function)
         self._predictor = Predictor(self._network, settings.prediction.ahead_m)
         self._tracker = Tracker(settings.prediction.mean_s)
         self._local: LocalPlanner | None = None
@@ -248,7 +249,7 @@ class StreetPlanner:
             has_waited,
         )
         self.decision = decide(
-            scene, self._predictor, self.decision, self._scores, self._keeps_route
+            scene, self._predictor, self.decision, self._score, self._keeps_route
         )
         chosen = self.decision.proposal
         if chosen is not None and chosen.way.name != KEEP:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import importlib
 from typing import Any, Mapping
 
 from sdc_common.validation import suggestion
+from sdc_package.named import load_named
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.method import Steering
 
@@ -19,8 +19,6 @@ METHODS = {
     "lqr_feedforward": "sdc_package.steering.lqr:LqrFeedforwardSteering",
     "mpc": "sdc_mpc.steering:MpcSteering",
 }
-# A student's workspace has the package of a lab only after this command.
-_COMMANDS_OF_LABS = {"sdc_mpc": "./workshop/start --lab mpc DIR"}
 
 
 def load_steering(method: str, parameters: Mapping[str, Any] | None, axles: Axles) -> Steering:
@@ -35,21 +33,14 @@ def load_steering(method: str, parameters: Mapping[str, Any] | None, axles: Axle
         ValueError: there is no such method, or a parameter is missing, unknown or out of range; the
             message is one line with the fix
     """
-    module_name, _, class_name = METHODS.get(method, str(method)).partition(":")
+    named = METHODS.get(method, str(method))
+    module_name, _, class_name = named.partition(":")
     if not (module_name and class_name):
         fix = suggestion(
             str(method), METHODS, f"write one of {', '.join(METHODS)} or my_module:MySteering"
         )
         raise ValueError(f"there is no steering_method '{method}': {fix}")
-    try:
-        method_class: Any = getattr(importlib.import_module(module_name), class_name)
-    except (ImportError, SyntaxError, AttributeError) as error:
-        fix = f"the folder of {module_name}.py must be on the PYTHONPATH"
-        missing_package = getattr(error, "name", None)
-        if missing_package in _COMMANDS_OF_LABS:
-            command = _COMMANDS_OF_LABS[missing_package]
-            fix = f"{command} in the folder of the project adds it to the workspace DIR"
-        raise ValueError(f"steering_method '{method}' cannot be loaded: {error}; {fix}") from error
+    method_class = load_named(f"steering_method '{method}'", named)
     if not hasattr(method_class, "wheel_angle"):
         raise ValueError(
             f"steering_method '{method}': '{class_name}' is not a class with a method wheel_angle"
