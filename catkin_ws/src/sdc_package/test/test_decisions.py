@@ -210,6 +210,8 @@ def car_at(street, ahead_m, left_m, turned_rad, speed_mps):
         ((20.0, 0.0, np.pi), 8.0, True),  # comes on the lane of the car
         ((20.0, WIDTH_M, np.pi), 8.0, False),  # on its own lane
         ((-9.0, 0.0, 0.0), 20.0, False),  # is behind, where braking does not help
+        ((-60.0, -WIDTH_M, 0.05), 39.0, False),  # comes from behind into the lane of the car
+        ((-8.0, 1.5, np.pi), 8.0, False),  # has passed the car
     ],
 )
 def test_car_brakes_as_hard_as_it_can_only_where_its_best_proposal_meets_someone(
