@@ -41,8 +41,14 @@ def test_packages_of_the_world_are_found_and_sdc_package_is_the_students(unsolve
         ("sdc_package", unsolved / "src" / "sdc_package"),
         ("sdc_sim", WORLD / "src" / "sdc_sim"),
         ("sdc_common", WORLD / "src" / "sdc_common"),
+        ("sdc_cockpit", WORLD / "src" / "sdc_cockpit"),
     ):
         assert run(unsolved, "rospack", "find", package).stdout.strip() == str(folder)
+
+
+def test_students_watch_their_own_drive_in_the_cockpit(unsolved):
+    nodes = run(unsolved, "roslaunch", "--nodes", "sdc_package", "all.launch", "cockpit:=true")
+    assert "/cockpit" in nodes.stdout.split()
 
 
 @pytest.mark.parametrize(
