@@ -15,11 +15,13 @@ from pathlib import Path
 
 from sdc_workshop.steps import FOLDER, hints, language
 
+# The pages of the guide in their order: the first one, and one for each phase.
+GUIDE = ("guide.md", *(f"phase-{number}.md" for number in (1, 2, 3, 4)))
 _FROM = re.compile(r"^<!-- from: (.*), (\w+) -->\n", re.MULTILINE)
 
 
 def english_page(path: Path) -> Path:
-    """Return the English page of a translated one: guide.md, or a page of docs/."""
+    """Return the English page of a translated one: of the guide, or of docs/."""
     name = path.relative_to(FOLDER).relative_to(path.relative_to(FOLDER).parts[0])
     return FOLDER / name if (FOLDER / name).is_file() else FOLDER.parent / "docs" / name
 

@@ -9,10 +9,11 @@ from guide_blocks import edited, missing_line
 
 from sdc_common.processes import kill_left_behind, wait_until
 from sdc_common.ros.drive_master import free_master_port
+from sdc_workshop import languages
 from sdc_workshop.steps import Step, all_steps
 from sdc_workshop.workspace import PROJECT, write
 
-GUIDE = PROJECT / "workshop" / "guide.md"
+GUIDE = [PROJECT / "workshop" / name for name in languages.GUIDE]
 TIMEOUT_S = 600.0
 PROMPT = re.compile(r"\[prompt:(\d+)\]")
 
@@ -77,7 +78,7 @@ class Terminal:
 class Student:
     """A student with an empty home."""
 
-    def __init__(self, home, display=None, page=GUIDE):
+    def __init__(self, home, display=None, page=None):
         port = free_master_port()
         self.home = home
         self.page = page

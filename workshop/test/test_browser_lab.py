@@ -21,7 +21,11 @@ pytestmark = [pytest.mark.slow(60), pytest.mark.nightly]
 # Standard deviation of a desktop that is not empty [0..255].
 DRAWN = 20.0
 READY = "return window.jupyterapp ? jupyterapp.restored.then(() => true) : false"
-GUIDE = "return document.querySelector('.jp-RenderedMarkdown')?.innerText ?? ''"
+GUIDE = """
+return [...document.querySelectorAll('.jp-RenderedMarkdown')].map((one) => one.innerText).join("")
+"""
+# The link to a page of the guide.
+PAGE = ".jp-RenderedMarkdown a[href*='{}.local.md']"
 # Solutions behind a fold.
 FOLDED = "return document.querySelectorAll('.jp-RenderedMarkdown details:not([open]) pre').length"
 FIRST_TERMINAL = (
@@ -91,9 +95,12 @@ def test_jupyterlab_has_guide_terminal_editor_and_desktop(browser, tmp_path):
     wait_until(
         lambda: "Write a self-driving car" in browser.execute_script(GUIDE), "the rendered guide"
     )
-    guide = browser.execute_script(GUIDE)
-    assert "~/workshop" not in guide and f"cd {PROJECT}\n" in guide
-    assert browser.execute_script(FOLDED) > 20
+    find = browser.find_elements
+    find(By.CSS_SELECTOR, PAGE.format("phase-1"))[0].click()
+    wait_until(lambda: f"cd {PROJECT}\n" in browser.execute_script(GUIDE), "the page of phase 1")
+    find(By.CSS_SELECTOR, PAGE.format("phase-2"))[-1].click()
+    wait_until(lambda: browser.execute_script(FOLDED) > 2, "the page of phase 2")
+    assert "~/workshop" not in browser.execute_script(GUIDE)
     wait_until(lambda: browser.execute_script(FIRST_TERMINAL), "the terminal beside the guide")
     wait_until(lambda: "src" in browser.execute_script(FILES), "the files of the workspace")
     assert not {"build", "devel"} & set(browser.execute_script(FILES))
@@ -115,7 +122,6 @@ def test_jupyterlab_has_guide_terminal_editor_and_desktop(browser, tmp_path):
     assert not list((tmp_path / "sdc_ws" / "src").rglob(".ipynb_checkpoints"))
 
     browser.execute_script("jupyterapp.commands.execute('launcher:create')")
-    find = browser.find_elements
     tile = ".jp-LauncherCard[title*=Desktop]"
     wait_until(lambda: find(By.CSS_SELECTOR, tile), "the tile of the desktop")[0].click()
     frame = wait_until(lambda: find(By.CSS_SELECTOR, "iframe[src*=desktop]"), "the desktop")[0]

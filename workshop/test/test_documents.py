@@ -4,6 +4,7 @@ import re
 
 import pytest
 
+from sdc_workshop.languages import sections
 from sdc_workshop.workspace import PROJECT
 
 WORKSHOP = PROJECT / "workshop"
@@ -35,8 +36,13 @@ FOREIGN = re.compile(
 
 def headings(page):
     """Return the anchors of a page's headings."""
-    titles = re.findall(r"^#+ (.*)$", page.read_text(), re.MULTILINE)
+    titles = sections(page.read_text())
     return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def anchors(page):
+    """Return the anchors of a page: of its headings, and those that are written."""
+    return headings(page) | set(re.findall(r'<a id="(.*?)">', page.read_text()))
 
 
 @pytest.mark.parametrize("page", ALL_PAGES, ids=lambda page: str(page.relative_to(PROJECT)))
@@ -47,7 +53,7 @@ def test_links_of_a_page_have_targets(page):
             name, _, anchor = link.partition("#")
             target = (page.parent / name) if name else page
             assert target.exists(), link
-            assert not anchor or anchor in headings(target), link
+            assert not anchor or anchor in anchors(target), link
 
 
 @pytest.mark.parametrize("page", ALL_PAGES, ids=lambda page: str(page.relative_to(PROJECT)))
@@ -61,6 +67,18 @@ def test_files_that_a_page_names_are_there(page):
         if name not in known and not any(pattern.fullmatch(name) for pattern in elsewhere)
     }
     assert missing == set()
+
+
+@pytest.mark.parametrize(
+    "folder", [WORKSHOP, *(path.parent for path in WORKSHOP.glob("??/guide.md"))]
+)
+def test_old_links_to_the_guide_lead_to_the_section_on_its_page(folder):
+    guide = (folder / "guide.md").read_text()
+    for page in folder.glob("phase-?.md"):
+        for anchor in headings(page):
+            place = "" if anchor.startswith("phase-") else f"#{anchor}"
+            link = rf'<a id="{anchor}"></a>\s*\**\[.*\]\({page.name}{place}\)'
+            assert re.search(link, guide), anchor
 
 
 def test_each_picture_is_shown():

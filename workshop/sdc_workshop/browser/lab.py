@@ -19,9 +19,6 @@ from sdc_workshop.browser import desktop, service
 from sdc_workshop.workspace import PROJECT
 
 COCKPIT_PORT = 8080
-GUIDE = PROJECT / "workshop" / "guide.md"
-# The guide with the real path of the project, beside the guide, whose links are relative.
-_LOCAL_GUIDE = GUIDE.with_name("guide.local.md")
 _PYTHON = PROJECT / ".browser" / "bin" / "python"
 # Programs in the terminals print their pages below this address, with the same token.
 URL_VARIABLE = "WORKSHOP_URL"
@@ -29,14 +26,25 @@ _CONFIGURATION = Path(__file__).with_name("lab.yaml")
 
 
 def local_guide() -> Path:
-    """Return the path of a guide, in the reader's language, with the real path of the project."""
-    text = languages.page("guide.md").replace("~/workshop", str(PROJECT))
+    """Return the path of a guide, in the reader's language, with the real path of the project.
+
+    Its pages are beside the English ones, because their links are relative: guide.local.md, ...
+    """
+    first = languages.GUIDE[0]
     try:
-        _LOCAL_GUIDE.write_text(text, encoding="utf-8")
+        for name in languages.GUIDE:
+            text = languages.page(name).replace("~/workshop", str(PROJECT))
+            for other in languages.GUIDE:
+                text = text.replace(f"]({other}", f"]({_local(other)}")
+            (languages.FOLDER / _local(name)).write_text(text, encoding="utf-8")
     except OSError:
         # The project of another user; the guide says how to read its commands.
-        return languages.FOLDER / languages.language() / GUIDE.name
-    return _LOCAL_GUIDE
+        return languages.FOLDER / languages.language() / first
+    return languages.FOLDER / _local(first)
+
+
+def _local(name: str) -> str:
+    return name.replace(".md", ".local.md")
 
 
 def layout(root: Path, workspace: Path) -> str:
