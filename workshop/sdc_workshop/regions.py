@@ -1,11 +1,12 @@
 """Regions of a file: the lines that a student writes at a numbered TODO.
 
 A line `# TODO 2.4: what to do` opens a region, a rule (a comment of dashes) closes it. In XML both
-are written as `<!-- -->`. There are three forms:
+are written as `<!-- -->`. There are four forms:
 
     # TODO 3: what to do                          the region of the template is empty
     # TODO 4: what to do (until then: return)     the region of the template holds `return`
     # TODO 1 (line 1): what to do                 the region is line 1; the rule follows at once
+    # TODO 2 (given): what to do                  the template has the lines of the solution
 
 This module works on text; it reads and writes no files.
 """
@@ -17,7 +18,8 @@ from dataclasses import dataclass
 
 _OPENS = re.compile(
     r"""^(?P<indent>[ ]*)(?:\#|<!--)[ ]TODO[ ]
-        (?P<number>\d+(?:\.\d+)?)(?P<first_line>[ ]\(line[ ]1\))?:[ ]
+        (?P<number>\d+(?:\.\d+)?)(?P<first_line>[ ]\(line[ ]1\))?
+        (?P<given>[ ]\(given\))?:[ ]
         (?P<title>.*?)(?:[ ]\(until[ ]then:[ ](?P<until_then>.*)\))?(?:[ ]-->)?$""",
     re.VERBOSE,
 )
@@ -38,6 +40,7 @@ class Region:
     end: int  # index of the line after the body
     indent: str  # spaces before the TODO line
     until_then: str | None  # the line that the template has in the region, or None
+    given: bool  # whether the template keeps the lines of the solution
 
     @property
     def line(self) -> int:
@@ -73,7 +76,13 @@ def regions(text: str) -> dict:
             start, opens = opened
             first, end = (0, 1) if opens["first_line"] else (start + 1, index)
             found[opens["number"]] = Region(
-                opens["number"], opens["title"], first, end, opens["indent"], opens["until_then"]
+                number=opens["number"],
+                title=opens["title"],
+                first=first,
+                end=end,
+                indent=opens["indent"],
+                until_then=opens["until_then"],
+                given=bool(opens["given"]),
             )
             opened = None
     if opened is not None:
@@ -98,16 +107,17 @@ def replaced(text: str, number: str, new_body: str) -> str:
 
 
 def template_body(region: Region) -> str:
-    """Return the body that the template has in a region."""
+    """Return the body that the template has in a region that is not given."""
     if region.first == 0:
         return "\n"
     return "" if region.until_then is None else f"{region.indent}{region.until_then}\n"
 
 
 def template(text: str) -> str:
-    """Return the file with the body of the template in every region."""
+    """Return the file with the body of the template in every region that is not given."""
     for number, region in regions(text).items():
-        text = replaced(text, number, template_body(region))
+        if not region.given:
+            text = replaced(text, number, template_body(region))
     return text
 
 

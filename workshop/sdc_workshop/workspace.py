@@ -8,7 +8,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from sdc_workshop.regions import RegionError, regions, replaced, template
+from sdc_workshop.regions import RegionError, is_written, regions, replaced, template
 from sdc_workshop.regions import body as region_body
 from sdc_workshop.steps import LABS, WORKSHOP, Step, load_steps
 from sdc_workshop.student_file import FileError, read, read_anyway, values
@@ -187,8 +187,9 @@ def _updated(folder: Path, name: str) -> str:
         written = regions(own or "")
     except RegionError as error:
         raise WorkspaceError(f"src/{name}: {error}") from None
-    for number in set(regions(empty)) & set(written):
-        empty = replaced(empty, number, region_body(str(own), number))
+    for number, region in regions(empty).items():
+        if number in written and (not region.given or is_written(str(own), number)):
+            empty = replaced(empty, number, region_body(str(own), number))
     return empty
 
 

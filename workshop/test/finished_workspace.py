@@ -3,6 +3,7 @@
 import subprocess
 
 from sdc_workshop.exam.student import Student
+from sdc_workshop.regions import regions
 from sdc_workshop.steps import LABS, WORKSHOP, load_steps
 from sdc_workshop.workspace import PROJECT, WORLD_SETUP, make, package_files, solution, solve
 
@@ -15,6 +16,12 @@ def differences(folder, lab=WORKSHOP):
         if not (folder / "src" / name).is_file()
         or (folder / "src" / name).read_bytes() != solution(name).read_bytes()
     ]
+
+
+def is_given(step):
+    """Return whether a workspace has the lines of a step from the start."""
+    text = solution(step.file).read_text(encoding="utf-8") if step.todo else ""
+    return step.todo in regions(text) and regions(text)[step.todo].given
 
 
 def finished(folder, *labs):

@@ -9,6 +9,7 @@ import tempfile
 import time
 
 import pytest
+from finished_workspace import is_given
 
 from sdc_workshop import progress
 from sdc_workshop.check import end, stamps
@@ -63,7 +64,7 @@ def edit(path, old, new):
 
 
 def test_each_step_of_a_new_workspace_is_unfinished_and_has_a_hint(folder):
-    found = answers(folder, *(step.id for step in load_steps()))
+    found = answers(folder, *(step.id for step in load_steps() if not is_given(step)))
     assert {
         step_id: answer.status for step_id, answer in found.items() if answer.status != UNFINISHED
     } == {}
@@ -179,7 +180,7 @@ def test_several_solutions_are_written_and_kept_with_all_answers(folder):
     status, output = run(folder)
     assert [line.split("]")[1] for line in output.splitlines() if line.startswith("phase")] == [
         " 0 of 1",
-        " 0 of 22",
+        " 1 of 22",
         " 3 of 34",
         " 0 of 1",
     ], output

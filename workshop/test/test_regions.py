@@ -44,6 +44,13 @@ def test_template_is_unsolved_and_becomes_the_solution_again():
     assert "x = 1" not in template(PYTHON)
 
 
+def test_given_region_keeps_its_lines_in_the_template_and_can_be_emptied():
+    given = PYTHON.replace("TODO 3:", "TODO 3 (given):")
+    assert body(template(given), "3") == body(PYTHON, "3")
+    assert is_written(template(given), "3")
+    assert not is_written(replaced(given, "3", "\n    # x = 1\n"), "3")
+
+
 def test_comments_and_blank_lines_do_not_count_as_written():
     empty = template(PYTHON)
     assert not is_written(replaced(empty, "3", "\n    # hm\n"), "3")

@@ -4,7 +4,7 @@ import os
 import subprocess
 
 import pytest
-from finished_workspace import differences
+from finished_workspace import differences, is_given
 
 from sdc_workshop import check
 from sdc_workshop.regions import regions
@@ -18,6 +18,7 @@ from sdc_workshop.workspace import (
     make,
     package_files,
     solution,
+    solution_body,
     solve,
     solved_steps,
     template_of,
@@ -55,7 +56,8 @@ def test_new_workspace_is_unsolved_and_becomes_the_solution(tmp_path, lab):
     make(tmp_path / "ws", lab)
     assert lab_of(tmp_path / "ws") == lab
     unsolved = set(differences(tmp_path / "ws", lab))
-    assert unsolved == {step.file for step in load_steps(lab) if step.file}
+    steps = [step for step in load_steps(lab) if step.file and not is_given(step)]
+    assert unsolved == {step.file for step in steps}
     for step in load_steps(lab):
         solve(tmp_path / "ws", step)
     assert differences(tmp_path / "ws", lab) == differences(tmp_path / "ws") == []
@@ -125,6 +127,21 @@ def test_update_restores_given_lines_and_keeps_the_todos(tmp_path):
     camera.write_text(written.replace("TODO 2:", "2:"))
     with pytest.raises(WorkspaceError, match="src/sdc_package/scripts/camera.py: line"):
         update(folder)
+
+
+def test_lines_that_are_given_now_come_into_an_older_workspace_where_none_are_written(tmp_path):
+    folder = tmp_path / "ws"
+    make(folder)
+    node = folder / "src" / "sdc_package" / "scripts" / "mission_planner.py"
+    new = node.read_text()
+    given = find_step("mission_planner-1"), find_step("mission_planner-3")
+    for step in given:
+        write(folder, step, "")
+    node.write_text(node.read_text().replace(" (given)", ""))
+    write(folder, given[1], "        self.publisher = mine\n")
+    update(folder)
+    latched = solution_body(given[1])
+    assert node.read_text() == new.replace(latched, "        self.publisher = mine\n")
 
 
 def test_unusable_folders_are_refused(tmp_path):

@@ -23,7 +23,7 @@ from sdc_package.msg import LocalPath, Path, Waypoint
 
 class LocalPlannerNode:
     def __init__(self):
-        # TODO 2: register this program with ROS as the node "local_planner"
+        # TODO 2 (given): register this program with ROS as the node "local_planner"
         rospy.init_node("local_planner")
         # ------------------------------------------------------------------------
         try:

@@ -5,7 +5,7 @@ import rospy
 from sdc_common.ros.node import parameter, refuse, watch_connections
 from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
 
-# TODO 1: the two messages of a mission: a point, and the path of all points
+# TODO 1 (given): the two messages of a mission: a point, and the path of all points
 from sdc_package.msg import BaseWaypoint, Path
 # --------------------------------------------------------------------------------
 
@@ -15,7 +15,7 @@ class MissionPlanner:
         # TODO 2: register this program with ROS as the node "mission_planner"
         rospy.init_node("mission_planner")
         # ------------------------------------------------------------------------
-        # TODO 3: a latched publisher of the mission: nodes that start later receive it, too
+        # TODO 3 (given): a latched publisher of the mission: nodes that start later receive it, too
         topic = "/planner/mission_waypoints"
         self.publisher = rospy.Publisher(topic, Path, queue_size=1, latch=True)
         # ------------------------------------------------------------------------

@@ -26,7 +26,7 @@ from sdc_package.msg import LocalPath
 
 class SimpleController:
     def __init__(self):
-        # TODO 1.2: register this program with ROS as the node "simple_controller"
+        # TODO 1.2 (given): register this program with ROS as the node "simple_controller"
         rospy.init_node("simple_controller")
         # ------------------------------------------------------------------------
         self.basic_control = parameter("basic_control")
