@@ -12,7 +12,6 @@ from pathlib import Path
 
 import cv2
 import rosgraph
-import rospkg
 import rospy
 import tornado.httpserver
 import tornado.ioloop
@@ -34,6 +33,7 @@ from sdc_cockpit.live_parameters import change_parameter, live_parameters
 from sdc_cockpit.pictures import DriveSpeed, RateLimit, jpeg_file, mask_png
 from sdc_cockpit.topic_feeds import Feed, TopicFeeds, decoded, seconds_of, stamp_of
 from sdc_cockpit.viewers import Viewers
+from sdc_common.configuration import package_folder
 from sdc_common.ros.conversion import command_message
 from sdc_common.ros.drive_master import running_node
 from sdc_common.ros.node import LoopPublisher, parameter, refuse, spin_with
@@ -334,7 +334,7 @@ class Cockpit:
     def serve(self):
         asyncio.set_event_loop(asyncio.new_event_loop())
         self.loop = tornado.ioloop.IOLoop.current()
-        www = Path(rospkg.RosPack().get_path("sdc_cockpit")) / "www"
+        www = Path(package_folder("sdc_cockpit")) / "www"
         web = tornado.httpserver.HTTPServer(
             server.application(self, self.access, www), **server.LIMITS
         )

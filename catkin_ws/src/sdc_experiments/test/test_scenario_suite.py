@@ -8,9 +8,9 @@ from html import escape
 from pathlib import Path
 
 import pytest
-import rospkg
 from distributed import LocalCluster
 
+from sdc_common.configuration import package_folder
 from sdc_experiments.closed_loop import drive
 from sdc_experiments.commands import parse
 from sdc_experiments.scenarios import NAIVE, OWN, main, picture_of, row_of, run, summary
@@ -72,7 +72,7 @@ def test_drive_without_a_cluster_is_the_same(driven, tmp_path):
 @pytest.mark.nightly
 @pytest.mark.slow(30)
 def test_nodes_of_a_stack_are_driven_and_scored(tmp_path, capsys):
-    stack = Path(rospkg.RosPack().get_path("sdc_package")) / "launch" / "stack.launch"
+    stack = Path(package_folder("sdc_package")) / "launch" / "stack.launch"
     name, page = "VanillaSignalizedTurnEncounterRedLight", tmp_path / "page.html"
     assert run_words(name, "seeds:=1", "naive:=0", f"stack:={stack}", f"report:={page}") == 0
     assert capsys.readouterr().out.splitlines()[-1].startswith("scenarios: 1 drives of 1 types")

@@ -8,9 +8,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-import rospkg
 import yaml
 
+from sdc_common.configuration import package_folder
 from sdc_common.driving import Command
 from sdc_common.processes import isolated_ros_environment
 from sdc_experiments.several_cars import drive_cars
@@ -100,7 +100,7 @@ def test_nodes_drive_as_the_library_and_each_car_has_its_report(tmp_path, left_m
 
 def test_group_of_a_car_replaces_all_topics_of_its_nodes_and_its_referee():
     """Those of the world stay, and with `truth: false` there is one car."""
-    package, world = (rospkg.RosPack().get_path(name) for name in ("sdc_package", "sdc_sim"))
+    package, world = (package_folder(name) for name in ("sdc_package", "sdc_sim"))
     tree = ElementTree.parse(os.path.join(package, "launch", "hero.launch"))
     remapped = {one.get("from") for one in tree.iter("remap")}
     with open(os.path.join(world, "config", "record.yaml"), encoding="utf-8") as file:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Collection, Mapping
 
 from sdc_cockpit.protocol import check_fields, page_schemas
-from sdc_sim.scenario.packaged import package_folder
+from sdc_common.configuration import package_folder
 
 # What JSON schema calls as the table of commands does.
 _SCHEMA = ("type", "minimum", "maximum")

@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 from typing import Any, Callable
 
-import rospkg
+from sdc_common.configuration import package_folder
 
 _REPORT, _PAGE, _LOG, _DRIVE = "report.json", "report.html", "drive.log", "drive.json"
 _METRICS = (
@@ -157,7 +157,7 @@ class DriveRunner:
         for name in (a, b):
             if name not in self._names():
                 raise ValueError(f"there is no drive {name[:80]!r}")
-        compare = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "scripts", "compare.py")
+        compare = os.path.join(package_folder("sdc_sim"), "scripts", "compare.py")
         with tempfile.TemporaryDirectory() as folder:
             picture = Path(folder) / "compare.png"
             done = subprocess.run(

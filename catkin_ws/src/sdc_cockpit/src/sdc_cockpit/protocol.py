@@ -13,9 +13,9 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import rospkg
 import yaml
 
+from sdc_common.configuration import package_folder
 from sdc_sim.yaml_document import check_parameter
 
 MAX_MESSAGE_BYTES = 4096
@@ -35,7 +35,7 @@ class Message(NamedTuple):
 @functools.lru_cache(maxsize=None)
 def page_schemas() -> dict[str, dict[str, dict]]:
     """Return config/page.yaml."""
-    folder = Path(rospkg.RosPack().get_path("sdc_cockpit"))
+    folder = Path(package_folder("sdc_cockpit"))
     return yaml.safe_load((folder / "config" / "page.yaml").read_text(encoding="utf-8"))
 
 

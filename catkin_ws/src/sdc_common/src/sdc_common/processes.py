@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-import fcntl
 import os
 import socket
 import struct
@@ -38,6 +37,8 @@ def isolate_network() -> bool:
     Returns:
         whether it is permitted; if not, nothing has changed
     """
+    import fcntl  # Other systems lack it.
+
     unshare = ctypes.CDLL(None).unshare
     if unshare(_NEW_NETWORK) != 0:
         # A user needs a namespace of users, too. Tried elsewhere first: it cannot be left again.

@@ -19,12 +19,13 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Callable, Mapping, Sequence
 
+from sdc_common.configuration import package_folder
 from sdc_common.validation import suggestion
 
-# The project, to which the patterns of `names` in the table are relative.
+# The project. The patterns of `names` in the table begin with a package, or a folder of it.
 ROOT = Path(__file__).resolve().parents[5]
 TABLE: dict[str, dict[str, Any]] = json.loads(
-    (ROOT / "catkin_ws/src/sdc_common/data/commands.json").read_text(encoding="utf-8")
+    Path(package_folder("sdc_common"), "data/commands.json").read_text(encoding="utf-8")
 )
 _NUMBERS: dict[str, type] = {"integer": int, "number": float}
 _BOOLEANS = {"true": "true", "1": "true", "false": "false", "0": "false"}
@@ -151,7 +152,9 @@ def _passed(word: str, known: Sequence[str], left: list[str]) -> list[str]:
 def known_names(row: Mapping[str, Any]) -> list[str]:
     """Return the names that a row of the table allows."""
     found, (pattern, *expressions) = list(row.get("enum", ())), row.get("names", [""])
-    for path in sorted(ROOT.glob(pattern)) if pattern else ():
+    first, _, rest = pattern.partition("/")
+    folder = Path(package_folder(first)) if first.startswith("sdc_") else ROOT / first
+    for path in sorted(folder.glob(rest)) if pattern else ():
         if expressions:
             found += re.findall(expressions[0], path.read_text(encoding="utf-8"))
         else:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import os
 import subprocess
 import sys
 import time
@@ -18,14 +17,14 @@ from types import SimpleNamespace
 from typing import Any, Callable, Iterable, Mapping, Sequence
 
 import numpy as np
-import rospkg
 from scipy import stats
 
 from sdc_experiments.championship.attempt import write_page
+from sdc_experiments.championship.stack import drive_script
 from sdc_experiments.closed_loop import drive_result
 from sdc_experiments.commands import parse
 from sdc_experiments.sweep.cell_drive import code_version, worker_problem
-from sdc_experiments.sweep.dask_engine import ClusterError, DaskEngine
+from sdc_experiments.sweep.dask_engine import ClusterError, DaskEngine, cores
 from sdc_experiments.sweep.progress import SweepProgress
 from sdc_experiments.sweep.results import write_csv
 from sdc_experiments.sweep.statistics import estimate
@@ -83,7 +82,7 @@ def drive_row(
 def drive_nodes(name: str, path: str, seed: int, options: SimpleNamespace) -> dict[str, Any]:
     """Drive a type with the nodes of a package through ROS, and return its row of the results."""
     report = Path(options.report).absolute().with_name(f"{name}_{seed}.json")
-    command = [str(Path(rospkg.RosPack().get_path("sdc_experiments")).parents[2] / "drive")]
+    command = [drive_script()]
     command += [f"map:={path}", f"stack:={options.stack}", f"workspace:={options.workspace}"]
     command += [f"sim_options:={{street_scenario: {name}}}", f"report:={report}", f"seed:={seed}"]
     command += ["sync:=true", "headless:=true", "camera:=false"]
@@ -222,11 +221,11 @@ def run(options: SimpleNamespace) -> int:
     load_network(paths[seeds[0]])
     page.parent.mkdir(parents=True, exist_ok=True)
     is_stack, car = options.stack, ("" if options.behaviour else "signs", options.score)
-    cores = len(os.sched_getaffinity(0))
+    count = cores()
     places = [(name, paths[seed], seed) for name in names for seed in seeds]
     others = [(name, paths[seed], seed) for name in names for seed in seeds[: options.naive]]
     problems: list[str] = []
-    with DaskEngine(options.scheduler, cores) as engine:
+    with DaskEngine(options.scheduler, count) as engine:
         engine.check(worker_problem, code_version(), [] if is_drawn else [paths[seeds[0]]])
         results = partial(_results, engine, problems)
         began_s = time.monotonic()
@@ -251,7 +250,7 @@ def run(options: SimpleNamespace) -> int:
     write(page, rows, result, options=options, worst=list(zip(driven, pages)), pictures=pictures)
     print_result(result, problems)
     driven_s = sum(row["duration_s"] for row in rows)
-    print(f"scenarios: {driven_s:.0f} s of driving in {took_s:.0f} s on {cores} cores; see {page}")
+    print(f"scenarios: {driven_s:.0f} s of driving in {took_s:.0f} s on {count} cores; see {page}")
     last = "driving score {driving_score:.1f}, success {success_percent:.1f} %".format(**result)
     print(f"scenarios: {result['drives']} drives of {len(result['types'])} types, {last}")
     return 1 if problems or result["broken"] else 0

@@ -5,8 +5,7 @@ from __future__ import annotations
 import os
 import re
 
-import rospkg
-
+from sdc_common.configuration import package_folder
 from sdc_map.random_town import random_town
 from sdc_map.sumo_programs import MapError
 
@@ -53,8 +52,4 @@ def town_seeds(name: str) -> list[int]:
 
 def packaged_maps() -> str:
     """Return the folder of the packaged maps."""
-    # The grader of the workshop has this source folder on its path, and no ROS workspace.
-    folder = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "maps")
-    if not os.path.isdir(folder):
-        folder = os.path.join(rospkg.RosPack().get_path("sdc_map"), "maps")
-    return folder
+    return os.path.join(package_folder("sdc_map"), "maps")

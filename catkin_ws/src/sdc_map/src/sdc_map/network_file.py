@@ -21,6 +21,7 @@ from xml.sax import SAXException
 import numpy as np
 from scipy.spatial import cKDTree
 
+from sdc_common.configuration import how_to_install
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.validation import DocumentError
 from sdc_map.drivable import without_bends
@@ -50,7 +51,7 @@ from sdc_map.network import (
 )
 from sdc_map.opendrive_file import FARTHEST_M
 from sdc_map.opendrive_lanes import OpenDriveLanes
-from sdc_map.sumo_programs import INSTALL, MapError
+from sdc_map.sumo_programs import MapError
 
 # Lanes with a lower limit, such as those of car parks in SUMO, are not for cars.
 _SLOWEST_MPS = 2.0
@@ -89,7 +90,9 @@ def _loaded(path: str, _: int) -> Network:
     try:
         from sumolib.net import readNet
     except ImportError:
-        raise MapError(f"{path}: the Python package sumolib is missing; {INSTALL}") from None
+        raise MapError(
+            f"{path}: the Python package sumolib is missing; {how_to_install('town')}"
+        ) from None
     options = dict.fromkeys(("withInternal", "withPrograms", "withPedestrianConnections"), True)
     try:
         net = readNet(source.net_path, **options)

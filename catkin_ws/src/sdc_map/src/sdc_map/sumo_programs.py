@@ -12,10 +12,10 @@ import subprocess
 import tempfile
 from typing import Callable, Sequence
 
+from sdc_common.configuration import how_to_install
 from sdc_common.validation import DocumentError
 
 VERSION = "1.28.0"
-INSTALL = "run docker/prepare maps, which installs it and needs a connection"
 # At most so much time [s] and memory [kB] for a program: some files make it take all there is.
 TIMEOUT_S = 60.0
 MEMORY_KB = 2_000_000
@@ -42,7 +42,7 @@ def run(name: str, arguments: Sequence[str], file: str, about: str, fix: str) ->
     folder = os.path.dirname(os.path.dirname((sumolib and sumolib.origin) or ""))
     program = os.path.join(folder, "sumo", "bin", name)
     if not os.access(program, os.X_OK):
-        raise MapError(f"{name} {VERSION} is missing; {INSTALL}")
+        raise MapError(f"{name} {VERSION} is missing; {how_to_install('maps')}")
     # The data of another version of SUMO, or of libsumo in this process, are not its own.
     own = {key: value for key, value in os.environ.items() if key != "SUMO_HOME"}
     try:

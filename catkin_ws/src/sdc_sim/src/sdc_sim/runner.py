@@ -27,8 +27,8 @@ import xml.etree.ElementTree as ElementTree
 from typing import Iterator, Mapping
 
 import numpy as np
-import rospkg
 
+from sdc_common.configuration import package_folder
 from sdc_common.geometry.road_line import road_route
 from sdc_common.processes import isolated_ros_environment
 from sdc_common.routes.waypoint_file import load_waypoints
@@ -240,7 +240,7 @@ def isolated_drive(
 
 def _world_environment() -> dict[str, str] | None:
     """Return the environment of the workspace of this package, without any that overlays it."""
-    source = os.path.realpath(rospkg.RosPack().get_path("sdc_sim"))
+    source = os.path.realpath(package_folder("sdc_sim"))
     try:
         return workspace_environment(os.path.dirname(os.path.dirname(source)))
     except WorkspaceError:

@@ -6,9 +6,9 @@ import os
 from functools import lru_cache
 from typing import Any, Iterable
 
-import rospkg
 import yaml
 
+from sdc_common.configuration import package_folder
 from sdc_common.validation import DocumentError, is_number, suggestion
 
 _TYPE_NAMES = {type(None): "nothing", dict: "a mapping", list: "a list"}
@@ -95,11 +95,7 @@ def packaged_config(name: str, folder: str = "") -> Any:
 
 def config_path(name: str) -> str:
     """Return the path of a file of config/."""
-    # The grader of the workshop has this source folder on its path, and no ROS workspace.
-    folder = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "config")
-    if not os.path.isdir(folder):
-        folder = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "config")
-    return os.path.join(folder, name)
+    return os.path.join(package_folder("sdc_sim"), "config", name)
 
 
 def schema(name: str) -> dict:

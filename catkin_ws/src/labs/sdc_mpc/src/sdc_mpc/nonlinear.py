@@ -12,16 +12,14 @@ from typing import Any
 
 import numpy as np
 
+from sdc_common.configuration import how_to_install
 from sdc_mpc.steering import Horizon, MpcSteering
 from sdc_package.steering.lqr import steady_state
 
 try:
     import casadi
 except ImportError as error:
-    raise ValueError(
-        "casadi is not installed; run docker/prepare mpc in the folder of the project and set up "
-        "the terminal again"
-    ) from error
+    raise ValueError(f"casadi is not installed; {how_to_install('mpc')}") from error
 
 _STATES, _INPUTS = 5, 2
 # Below this speed the slip angles of the model would divide by zero.

@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
+from sdc_common.configuration import how_to_install
+
 try:
     import osqp
 except ImportError as error:
-    raise ImportError(
-        "osqp is not installed; run docker/prepare mpc in the folder of the project and set up "
-        "the terminal again"
-    ) from error
+    raise ImportError(f"osqp is not installed; {how_to_install('mpc')}") from error
 
 
 def solution(

@@ -30,6 +30,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
+from sdc_common.configuration import how_to_install
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.validation import check_between, check_non_negative, check_positive
 from sdc_mpc.motion_estimator import MotionEstimator, TickModel
@@ -92,10 +93,7 @@ class QuadraticProgram:
         try:
             import osqp
         except ImportError as error:
-            raise ValueError(
-                "osqp is not installed; run docker/prepare mpc in the folder of the project and "
-                "set up the terminal again"
-            ) from error
+            raise ValueError(f"osqp is not installed; {how_to_install('mpc')}") from error
         matrices = [sparse.csc_matrix(dense) for dense in (p, a)]
         # Rows and columns of the nonzero entries of p and of a.
         self._places = [

@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
-import rospkg
+
+from sdc_common.configuration import package_folder
 
 
 class Benchmark(NamedTuple):
@@ -42,7 +43,7 @@ BENCHMARKS = {
 
 def parse(arguments: list[str]) -> argparse.Namespace:
     """Parse the command line."""
-    routes = Path(rospkg.RosPack().get_path("sdc_package")) / "test" / "routes"
+    routes = Path(package_folder("sdc_package")) / "test" / "routes"
     parser = argparse.ArgumentParser(prog="benchmark.py", description="Measure what things cost.")
     parser.add_argument("names", nargs="*", metavar="NAME", help="none: list all benchmarks")
     parser.add_argument("--rounds", type=int, default=5, help="rounds of each benchmark")

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import rospkg
 
+from sdc_common.configuration import package_folder
 from sdc_experiments.sweep.cell_drive import code_version, drive_cell
 from sdc_experiments.sweep.dask_engine import DaskEngine
 from sdc_experiments.sweep.settings import IN_PROCESS
@@ -78,7 +78,7 @@ def _single_rate(car: Any, steps: int) -> float:
 
 def sweep(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
     """Yield the drives of 300 m per second of a sweep with one worker and with two."""
-    package = Path(rospkg.RosPack().get_path("sdc_experiments"))
+    package = Path(package_folder("sdc_experiments"))
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "benchmark.yaml"
         text = _STUDY.format(scenario=package / "studies" / "bends.yaml")

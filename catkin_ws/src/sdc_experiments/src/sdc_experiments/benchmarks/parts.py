@@ -12,11 +12,11 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
-import rospkg
 import rospy
 from rosgraph_msgs.msg import Clock
 from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
 
+from sdc_common.configuration import package_folder
 from sdc_common.geometry.route import Route
 from sdc_common.ros.conversion import command_message
 from sdc_common.routes.waypoint_file import load_waypoints
@@ -55,7 +55,7 @@ _SIZES = {
 
 def packaged_route() -> np.ndarray:
     """Return the waypoints (N, 2) of the town [m]."""
-    folder = rospkg.RosPack().get_path("sdc_common")
+    folder = package_folder("sdc_common")
     return load_waypoints(os.path.join(folder, "data", "waypoints.csv"))
 
 

@@ -16,7 +16,6 @@ from sdc_experiments.championship.command import (
     BASELINES,
     FAST,
     baseline,
-    cores,
     graded,
     result_of,
     seeds_of,
@@ -24,10 +23,10 @@ from sdc_experiments.championship.command import (
     worst_of,
 )
 from sdc_experiments.championship.drive import drive, drive_seed
-from sdc_experiments.championship.driver_process import DriverServer
+from sdc_experiments.championship.driver_process import DriverServer, sandbox_problem
 from sdc_experiments.championship.league import LEAGUES, TABLE, draw
 from sdc_experiments.championship.stack import drive_stack
-from sdc_experiments.sweep.dask_engine import DaskEngine
+from sdc_experiments.sweep.dask_engine import DaskEngine, cores
 from sdc_experiments.sweep.progress import SweepProgress
 from sdc_experiments.sweep.statistics import estimate
 
@@ -73,6 +72,14 @@ def stored(league: str, seeds: Sequence[str]) -> dict[str, float]:
     return found
 
 
+def _sandboxed(options: SimpleNamespace) -> bool:
+    """Return whether to drive in the sandbox; without a choice of the user, where there is one."""
+    problem = "" if "sandbox" in options.texts else sandbox_problem()
+    if problem:
+        print(f"championship: no sandbox: {problem}; drive only files that you trust", flush=True)
+    return options.sandbox and not problem
+
+
 def run(options: SimpleNamespace) -> int:
     """Drive a driver on public seeds, print its score and write the page."""
     stack = options.stack
@@ -85,6 +92,7 @@ def run(options: SimpleNamespace) -> int:
         earlier = json.loads(Path(options.replay).read_text(encoding="utf-8"))
         late = {row["seed"]: row["late"] for row in earlier["rows"]}
         seeds, league = list(late), earlier["league"]
+    sandboxed = not stack and _sandboxed(options)
     with contextlib.ExitStack() as opened:
         if stack:
             nodes = stack, options.workspace, league
@@ -94,10 +102,10 @@ def run(options: SimpleNamespace) -> int:
         else:
             with DaskEngine(options.scheduler, cores()) as engine:
                 entries = {path.stem: source}
-                result, *_ = *graded(engine, entries, league, seeds, options.sandbox, late), {}
+                result, *_ = *graded(engine, entries, league, seeds, sandboxed, late), {}
             if not result:
                 return 1
-            server = opened.enter_context(DriverServer(source, options.sandbox))
+            server = opened.enter_context(DriverServer(source, sandboxed))
             drivers = dict.fromkeys(seeds, server)
         worst = worst_of(result)
         progress = SweepProgress(sys.stdout, 1, 0, "championship", "pages")

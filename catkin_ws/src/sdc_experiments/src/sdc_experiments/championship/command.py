@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Iterator, Mapping, Sequence
 
 import numpy as np
-import rospkg
 
+from sdc_common.configuration import package_folder
 from sdc_experiments.championship.drive import drive_seed
 from sdc_experiments.championship.driver_process import MAX_SOURCE, DriverServer
 from sdc_experiments.championship.league import TABLE
@@ -59,14 +58,9 @@ def baseline(name: str) -> str:
     """Return the file of a baseline."""
     row = BASELINES[name]
     if "file" in row:
-        folder = Path(rospkg.RosPack().get_path("sdc_experiments"), "drivers")
+        folder = Path(package_folder("sdc_experiments"), "drivers")
         return (folder / row["file"]).read_text(encoding="utf-8")
     return _STEERING.format(row["steering"])
-
-
-def cores() -> int:
-    """Return the number of cores for drives."""
-    return len(os.sched_getaffinity(0))
 
 
 def drive_seeds(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 import os
 import pickle
 import re
@@ -17,8 +18,7 @@ import time
 from pathlib import Path as FilePath
 from typing import Any, Sequence
 
-import rospkg
-
+from sdc_common.configuration import package_folder
 from sdc_common.driving import Command, Observation, Path
 from sdc_experiments.championship.host import (
     ANSWER,
@@ -42,10 +42,14 @@ _MAX_WALL_S = 300.0
 _POLL_S = 0.01
 _KEPT = ("LANG", "PATH", "ROS_PACKAGE_PATH", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 _PACKAGES = ("sdc_common", "sdc_map", "sdc_sim", "sdc_package", "sdc_experiments", "sdc_mpc")
-_ENDS = {-signal.SIGSYS: "it called the system for what is forbidden: a program, thread or socket"}
-_ENDS[-signal.SIGXCPU] = _ENDS[-signal.SIGKILL] = "it used up its memory or processor time"
-_ENDS[0] = "it exited early"
-_ENDS[FULL] = "it was refused something when its output was full"
+# By the status of the process, or by the name of the signal that ended it.
+_ENDS = {
+    "SIGSYS": "it called the system for what is forbidden: a program, thread or socket",
+    "SIGXCPU": "it used up its memory or processor time",
+    "SIGKILL": "it used up its memory or processor time",
+    0: "it exited early",
+    FULL: "it was refused something when its output was full",
+}
 
 
 class DriverError(Exception):
@@ -64,6 +68,8 @@ class DriverServer:
     """
 
     def __init__(self, source: str, sandboxed: bool = True):
+        if not sys.platform.startswith("linux"):
+            raise SandboxError("drivers run in processes of their own, which need Linux")
         self._control, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         command = [sys.executable, "-B", "-m", "sdc_experiments.championship.host"]
         command.append(str(theirs.fileno()))
@@ -245,21 +251,32 @@ class DriverProcess:
         self.close()
         if not text:
             last = (self.output().strip().splitlines() or [""])[-1]
-            text = _ENDS.get(self._status, last or f"it ended with status {self._status}")
+            status = self._status
+            end = signal.Signals(-status).name if status < 0 else status
+            text = _ENDS.get(end, last or f"it ended with status {status}")
         return DriverError(text[:200])
 
 
 def _libraries() -> list[str]:
     """Return the folders of Python modules, without the one of the command or of a test."""
     folders = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    # A virtual environment, and the Python that it is made of.
+    folders += [one for one in (sys.prefix, sys.base_prefix) if one != "/usr"]
     return [os.path.realpath(one) for one in folders if one and os.path.isdir(one)]
+
+
+def sandbox_problem() -> str:
+    """Return what the sandbox lacks on this machine, "" if it is installed."""
+    if shutil.which("bwrap") is None:
+        return "bwrap is not installed"
+    return "" if importlib.util.find_spec("seccomp") else "the Python module seccomp is missing"
 
 
 def _in_sandbox(command: Sequence[str]) -> list[str]:
     """Return the command line that runs a command in the sandbox, without any file to write."""
-    if shutil.which("bwrap") is None:
-        raise SandboxError("no sandbox for drivers: bwrap is not installed; sandbox:=false")
-    packages = [rospkg.RosPack().get_path(name) for name in _PACKAGES]
+    if problem := sandbox_problem():
+        raise SandboxError(f"no sandbox for drivers: {problem}; sandbox:=false drives without one")
+    packages = [package_folder(name) for name in _PACKAGES]
     folders = [*_libraries(), *map(os.path.realpath, packages), maps_folder()]
     return [
         *system(),

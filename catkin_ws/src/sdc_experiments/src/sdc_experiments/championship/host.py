@@ -12,7 +12,6 @@ import linecache
 import os
 import pickle
 import random
-import resource
 import signal
 import socket
 import struct
@@ -23,7 +22,6 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-import seccomp
 
 from sdc_common.driving import Command, Observation
 from sdc_experiments.championship.league import TABLE
@@ -40,12 +38,13 @@ MAX_MESSAGE = 1 << 18  # bytes
 REFUSED = "refused:"
 _WARM_UPS = 5
 _PR_SET_DUMPABLE = 4
+# Limits of the kernel for the process, named as in the module resource.
 _LIMITS = {
-    resource.RLIMIT_FSIZE: 1 << 16,  # bytes, of the log, the only file that can be written
-    resource.RLIMIT_AS: 4 << 30,  # bytes
-    resource.RLIMIT_CPU: 600,  # s
-    resource.RLIMIT_NOFILE: 64,
-    resource.RLIMIT_CORE: 0,
+    "RLIMIT_FSIZE": 1 << 16,  # bytes, of the log, the only file that can be written
+    "RLIMIT_AS": 4 << 30,  # bytes
+    "RLIMIT_CPU": 600,  # s
+    "RLIMIT_NOFILE": 64,
+    "RLIMIT_CORE": 0,
 }
 _CLOCKS = ("time", "monotonic", "perf_counter", "process_time", "thread_time", "clock_gettime")
 # Commands of fcntl by which a process gets signals from a file: F_SETOWN, F_SETSIG, F_SETOWN_EX.
@@ -66,11 +65,7 @@ def main() -> None:
     source = control.recv(MAX_MESSAGE).decode(errors="replace")
     # The memory of this process is not readable or writable for those that it forks.
     ctypes.CDLL(None).prctl(_PR_SET_DUMPABLE, 0, 0, 0, 0)
-    rules = seccomp.SyscallFilter(seccomp.ALLOW)
-    for name in TABLE["forbidden_calls"]:
-        rules.add_rule(seccomp.KILL_PROCESS, name)
-    for number in _SET_OWNER:
-        rules.add_rule(seccomp.KILL_PROCESS, "fcntl", seccomp.Arg(1, seccomp.EQ, number))
+    rules = _rules()
     control.send(READY)
     while True:
         message, files, _, _ = socket.recv_fds(control, 16, 2)
@@ -86,13 +81,29 @@ def main() -> None:
         control.send(struct.pack("<i", os.waitstatus_to_exitcode(status)))
 
 
+def _rules() -> Any:
+    """Return the filter of system calls; None without the module, where there is no sandbox."""
+    try:
+        import seccomp
+    except ImportError:
+        return None
+    rules = seccomp.SyscallFilter(seccomp.ALLOW)
+    for name in TABLE["forbidden_calls"]:
+        rules.add_rule(seccomp.KILL_PROCESS, name)
+    for number in _SET_OWNER:
+        rules.add_rule(seccomp.KILL_PROCESS, "fcntl", seccomp.Arg(1, seccomp.EQ, number))
+    return rules
+
+
 def _run(link: socket.socket, log: int, source: str, rules: Any) -> None:
     """Be the process of a drive; never return."""
     for number in (1, 2):
         os.dup2(log, number)
     os.close(log)
+    import resource  # Other systems lack it.
+
     for limit, value in _LIMITS.items():
-        resource.setrlimit(limit, (value, value))
+        resource.setrlimit(getattr(resource, limit), (value, value))
     status = 1
     try:
         link.send(HELLO)

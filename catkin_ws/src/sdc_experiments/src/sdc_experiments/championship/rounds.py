@@ -19,7 +19,7 @@ from sdc_experiments.championship.attempt import page_of, write_page
 from sdc_experiments.championship.driver_process import DriverServer
 from sdc_experiments.sandbox import SandboxError
 from sdc_experiments.sweep.cell_drive import code_version, worker_problem
-from sdc_experiments.sweep.dask_engine import DaskEngine
+from sdc_experiments.sweep.dask_engine import DaskEngine, cores
 from sdc_experiments.sweep.progress import SweepProgress
 
 _ROUND, _SECRET, _RESULTS, _SITE = "round.json", "secret", "results", "site"
@@ -42,7 +42,7 @@ def run(options: SimpleNamespace) -> int:
     print(f"championship: the secret of the seeds has the SHA-256 {about['secret_sha256']}")
     _write_site(folder, about, {})
     secret = (folder / _SECRET).read_text(encoding="utf-8")
-    with DaskEngine(options.scheduler, command.cores()) as engine:
+    with DaskEngine(options.scheduler, cores()) as engine:
         if missing:
             engine.check(_worker_problem, code_version())
         (folder / _RESULTS).mkdir(exist_ok=True)

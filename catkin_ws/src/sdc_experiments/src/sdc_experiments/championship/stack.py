@@ -8,8 +8,8 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-import rospkg
 
+from sdc_common.configuration import package_folder
 from sdc_common.driving import Command, Observation
 from sdc_experiments.championship.league import draw
 from sdc_experiments.championship.mission import DriverMission
@@ -48,6 +48,18 @@ class LoggedDriver:
         return []
 
 
+def drive_script() -> str:
+    """Return the path of ./drive.
+
+    Raises:
+        ValueError: only the wheel is installed
+    """
+    path = Path(package_folder("sdc_experiments")).parents[2] / "drive"
+    if not path.exists():
+        raise ValueError("stack: drives through ROS, which needs the project's source tree")
+    return str(path)
+
+
 def drive_stack(stack: str, workspace: str, league: str, seed: str) -> LoggedDriver:
     """Drive what a seed draws through ROS, and return a driver that repeats the commands.
 
@@ -57,11 +69,10 @@ def drive_stack(stack: str, workspace: str, league: str, seed: str) -> LoggedDri
         ValueError: the drive has no log; the message names its output
     """
     one = draw(league, seed)
-    project = Path(rospkg.RosPack().get_path("sdc_experiments")).parents[2]
     with tempfile.TemporaryDirectory(prefix="championship_") as name:
         folder = Path(name)
         options = {**one.sim, "drive_log": str(folder / "log")}
-        command = [str(project / "drive"), f"stack:={stack}", f"workspace:={workspace}"]
+        command = [drive_script(), f"stack:={stack}", f"workspace:={workspace}"]
         command.append(f"report:={folder / 'report.json'}")
         command += [f"sim_options:={options_text(options)}", f"map:={one.map}", "sync:=true"]
         command += [f"planner_options:={options_text(one.planner)}", "headless:=true"]

@@ -6,13 +6,12 @@
 
 from __future__ import annotations
 
+from sdc_common.configuration import how_to_install
+
 try:
     import gymnasium
 except ImportError as error:
-    raise ImportError(
-        "gymnasium is not installed; run docker/prepare learning in the folder of the project and "
-        "set up the terminal again"
-    ) from error
+    raise ImportError(f"gymnasium is not installed; {how_to_install('learning')}") from error
 
 _ENVIRONMENT = "sdc_experiments.learning.environment:SdcEnvironment"
 _VECTOR = "sdc_experiments.learning.vector_environment:SdcVectorEnvironment"

@@ -9,15 +9,14 @@ import sys
 from pathlib import Path
 from typing import Sequence
 
-import rospkg
-
+from sdc_common.configuration import package_folder
 from sdc_experiments.snider import page, study
 from sdc_experiments.snider.courses import figure_eight, lane_change, road_course
 
 
 def main(arguments: Sequence[str]) -> None:
     """Run the command."""
-    docs = Path(rospkg.RosPack().get_path("sdc_experiments")).parents[2] / "docs"
+    docs = Path(package_folder("sdc_experiments")).parents[2] / "docs"
     folder = Path(arguments[0]) if arguments else docs
     if not folder.is_dir():
         sys.exit(f"snider: there is no folder {folder}; name an existing one")

@@ -14,22 +14,20 @@ from pathlib import Path
 from typing import Any, Sequence
 
 import numpy as np
-import rospkg
 
+from sdc_common.configuration import package_folder
 from sdc_experiments.closed_loop import drive_result
 from sdc_experiments.sweep.results import FAILED
 from sdc_experiments.sweep.settings import CONTROLLER, ROS, nested, text
 from sdc_experiments.sweep.study import Cell
 from sdc_experiments.sweep.true_metrics import true_metrics
 from sdc_sim.report.writer import is_complete
-from sdc_sim.runner import isolated_drive
 
 _PACKAGES = ("sdc_common", "sdc_map", "sdc_sim", "sdc_package")
 _CODE_ENDINGS = (".py", ".yaml", ".launch", ".csv")
 _MODULES = (
     *("configuration.py", "closed_loop.py", "scenarios.py", "sweep/cell_drive.py"),
     *("championship/drive.py", "championship/league.py", "championship/score.py"),
-    "../../config/championship.yaml",
 )
 # On a busy machine a node may need long for its answer, which must not change the drive.
 _ROS_SETTINGS: dict[str, Any] = {
@@ -47,8 +45,12 @@ def code_version() -> str:
     """Return a text that differs where code or libraries differ that decide about a drive."""
     found = hashlib.sha256(f"{platform.python_version()} {np.__version__}".encode())
     paths = [(name, Path(__file__).parents[1] / name) for name in _MODULES]
+    leagues = "config/championship.yaml"
+    paths.append((leagues, Path(package_folder("sdc_experiments"), leagues)))
     for package in _PACKAGES:
-        root = Path(rospkg.RosPack().get_path(package))
+        root = Path(package_folder(package))
+        # The share/ of an installed wheel is in its code.
+        root = root.parent if root.name == "share" else root
         files = ((str(path.relative_to(root)), path) for path in sorted(root.rglob("*.*")))
         paths += [one for one in files if not one[0].startswith("test/")]
     for name, path in paths:
@@ -131,6 +133,8 @@ def _drive_nodes(cell: Cell, timeout_s: float, row: dict[str, Any]) -> str:
         values[name] = nested(settings, name) if name in _SECTIONS else settings[name]
     parameters = {CONTROLLER: values.pop(CONTROLLER)} if CONTROLLER in values else {}
     given = {name: text(value) for name, value in values.items()}
+    from sdc_sim.runner import isolated_drive  # Only a drive with nodes needs ROS.
+
     with isolated_drive(cell.scenario, given, parameters, timeout_s=timeout_s) as (drive, lines):
         report = Path(drive.report_path)
         if not report.exists() or not is_complete(drive.report_path):

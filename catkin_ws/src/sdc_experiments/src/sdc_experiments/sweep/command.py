@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import os
 import signal
 import sys
 from pathlib import Path
 from typing import Sequence
 
 from sdc_experiments.sweep.cell_drive import code_version, drive_cell, worker_problem
-from sdc_experiments.sweep.dask_engine import ClusterError, DaskEngine
+from sdc_experiments.sweep.dask_engine import ClusterError, DaskEngine, cores
 from sdc_experiments.sweep.progress import SweepProgress
 from sdc_experiments.sweep.results import FAILED, Results, ResultsError, table, write_csv
 from sdc_experiments.sweep.settings import ROS
@@ -88,8 +87,8 @@ def _drive(
     by_key = {cell.key: cell for cell in cells}
     more = study.stack, study.timeout_s, version
     tasks = ((key, (tuple(cell), *more)) for key, cell in by_key.items())
-    cores = len(os.sched_getaffinity(0))
-    workers = options.workers or (max(1, cores // 2) if study.stack == ROS else cores)
+    count = cores()
+    workers = options.workers or (max(1, count // 2) if study.stack == ROS else count)
     with DaskEngine(options.scheduler, workers) as engine:
         if options.scheduler:
             engine.check(worker_problem, version, study.files())

@@ -7,6 +7,7 @@ import contextlib
 import importlib
 import itertools
 import logging
+import os
 import pickle
 import signal
 import tempfile
@@ -14,6 +15,8 @@ import uuid
 import warnings
 from multiprocessing import resource_tracker
 from typing import Any, Callable, Iterable, Iterator, Mapping, NamedTuple
+
+from sdc_common.configuration import how_to_install
 
 # More tasks than these wait at the scheduler only when there are more workers.
 _WAITING_TASKS = 200
@@ -35,7 +38,13 @@ _OWN_CLUSTER = {
 }
 # The small arrays of a drive gain nothing from threads of NumPy, which compete for the cores.
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-_INSTALL = "apt-get install python3-distributed python3-cryptography"
+
+
+def cores() -> int:
+    """Return the number of cores for drives."""
+    # Not all systems can bind a process to some of the cores.
+    allowed = getattr(os, "sched_getaffinity", None)
+    return len(allowed(0)) if allowed else os.cpu_count() or 1
 
 
 class ClusterError(RuntimeError):
@@ -70,7 +79,7 @@ class DaskEngine(contextlib.ExitStack):
             import dask
             import distributed
         except ImportError as error:
-            raise ClusterError(f"{error}; {_INSTALL}") from None
+            raise ClusterError(f"{error}; {how_to_install('cluster')}") from None
         super().__init__()
         dask.config.set({"distributed.comm.timeouts.connect": _CONNECT_TIMEOUT_S})
         if not scheduler:

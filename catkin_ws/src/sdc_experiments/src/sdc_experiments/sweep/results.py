@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import csv
-import fcntl
 import json
 import os
 from pathlib import Path
@@ -59,6 +58,8 @@ class Results:
             raise
 
     def _lock(self) -> None:
+        import fcntl  # Other systems lack it.
+
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
@@ -124,7 +125,7 @@ class Results:
         self.rows[row["key"]] = row
         self._file.write(json.dumps(row).encode() + b"\n")
         self._file.flush()
-        os.fdatasync(self._file.fileno())
+        os.fsync(self._file.fileno())
 
     def close(self) -> None:
         """Close the file."""

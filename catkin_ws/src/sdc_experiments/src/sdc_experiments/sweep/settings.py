@@ -7,10 +7,9 @@ import os
 import re
 from typing import Any, Iterable, Mapping
 
-import rospkg
 import yaml
 
-from sdc_common.configuration import node_config
+from sdc_common.configuration import node_config, package_folder
 from sdc_common.validation import is_number, suggestion
 from sdc_sim.scenario.packaged import overridden
 
@@ -117,7 +116,7 @@ def text(value: Any) -> str:
 @functools.lru_cache(maxsize=None)
 def _arguments() -> tuple[str, ...]:
     """Return the arguments of all.launch that a study can set."""
-    path = os.path.join(rospkg.RosPack().get_path("sdc_package"), "launch", "all.launch")
+    path = os.path.join(package_folder("sdc_package"), "launch", "all.launch")
     with open(path, encoding="utf-8") as file:
         names = _ARGUMENT.findall(file.read())
     return tuple(name for name in names if name not in _FIXED_ARGUMENTS)

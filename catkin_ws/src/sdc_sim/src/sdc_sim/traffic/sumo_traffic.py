@@ -15,6 +15,7 @@ from typing import AbstractSet, Any, Iterable, Iterator, NamedTuple
 
 import numpy as np
 
+from sdc_common.configuration import how_to_install
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.validation import DocumentError
 from sdc_map.mirror import negated
@@ -384,5 +385,5 @@ def _libsumo() -> Any:
     try:
         return importlib.import_module("libsumo")
     except ImportError as error:
-        fix = "run docker/prepare traffic, which installs it and needs a connection"
+        fix = how_to_install("traffic")
         raise DocumentError(f"traffic: libsumo cannot be imported ({error}); {fix}") from None
