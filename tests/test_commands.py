@@ -168,7 +168,7 @@ def test_right_words_are_accepted(command, words, monkeypatch):
 
 def test_table_is_that_of_the_launch_files():
     for package, command, hidden in (
-        ("sdc_package/launch/all.launch", "drive", {"scenario"}),
+        ("sdc_package/launch/all.launch", "drive", {"scenario", "verbose"}),
         ("sdc_cockpit/launch/cockpit.launch", "cockpit", {"drive_command"}),
     ):
         launch = ElementTree.parse(ROOT / "catkin_ws" / "src" / package)

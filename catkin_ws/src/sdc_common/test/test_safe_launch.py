@@ -1,5 +1,6 @@
 """Parameter files cannot run code."""
 
+import io
 import sys
 
 import pytest
@@ -40,3 +41,31 @@ def test_roslaunch_receives_the_arguments_and_plain_values_are_read(launched):
 def test_argument_of_several_lines_is_refused_with_its_name():
     with pytest.raises(SystemExit, match="^sim_options: the value has several lines; write it"):
         safe_launch.one_line("sim_options:={seed: 7,\n friction: 0.6}")
+
+
+@pytest.mark.parametrize(
+    ("text", "is_usual"),
+    [
+        ("... logging to /root/.ros/log/1/roslaunch-vm-1.log", True),
+        ("\nSUMMARY\n========\n\nPARAMETERS\n * /sim/tick_s: 0.05", True),
+        ("\x1b[1mprocess[hero1/sim-4]: started with pid [31360]\x1b[0m", True),
+        ("\x1b[31m===REQUIRED process [referee-7] has died!\nprocess has finished cleanly\n", True),
+        ("\x1b[31m===REQUIRED process [sim-5] has died!\nprocess has died [pid 3, exit", False),
+        ("\x1b[31m[local_planner-3] process has died [pid 4, exit code 1, cmd x", False),
+        ("[local_planner-3] restarting process", False),
+        ("the drive is done", False),
+        ("", False),
+    ],
+)
+def test_usual_texts_of_roslaunch_go_to_the_log_and_all_others_to_the_terminal(text, is_usual):
+    terminal, log = io.StringIO(), io.StringIO()
+    print(text, file=safe_launch.QuietStream(terminal, log))
+    other, found = (terminal, log) if is_usual else (log, terminal)
+    assert (found.getvalue(), other.getvalue()) == (text + "\n", "")
+
+
+def test_log_on_a_full_disk_does_not_end_the_launch():
+    with open("/dev/full", "w", buffering=1, encoding="utf-8") as log:
+        print("auto-starting new master", file=safe_launch.QuietStream(sys.stderr, log))
+        with pytest.raises(OSError, match="No space"):
+            log.close()

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -46,6 +47,8 @@ def test_lockstep_drive_is_complete_and_replay_gives_the_same_report(environment
     assert "all limits are met" in done.stdout
     assert f"drive: the report is {tmp_path}/found/report.html" in done.stdout
     assert "Traceback" not in done.stdout
+    assert not re.search("WARN|process|SUMMARY|\x1b", done.stdout), "a good drive is quiet"
+    assert "process[sim" in (tmp_path / "found" / "report.log").read_text()
     report = json.loads((tmp_path / "found" / "report.json").read_text())
     assert report["status"] == "completed"
     assert report["missed_ticks"] == 0
@@ -113,7 +116,8 @@ def test_scenario_limits_decide_the_exit_status(environment, tmp_path):
         "referee_options:={pictures: false}",
     )
     assert done.returncode == 1, done.stdout
-    assert "speed_max_mps is " in done.stdout
+    assert "speed_max_mps is " in done.stdout.splitlines()[-3]
+    assert "process[sim" in done.stdout, "a drive that fails shows everything"
     assert sorted(name.name for name in tmp_path.iterdir()) == ["mine.yaml", "report", "ros"]
 
 
@@ -191,6 +195,7 @@ def test_page_of_a_drive_on_a_screen_is_opened(environment, tmp_path, headless):
         check=False,
     )
     assert done.returncode == 0, done.stdout
+    assert b"\r\x1b[Kreferee: " in done.stdout, "the status line updates in place"
     page = tmp_path / "report" / "report.html"
     opened = tmp_path / "opened"
     if headless == "false":

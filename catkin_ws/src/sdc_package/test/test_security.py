@@ -55,6 +55,7 @@ def test_two_drives_at_once_choose_masters_of_their_own_and_give_equal_traces(
     folder = tmp_path / "elsewhere"
     elsewhere = f"planner_options:={{report: {folder}/r.json, log_folder: {folder}}}"
     options = ["headless:=true", "sync:=true", "camera:=false", f"waypoints_path:={bend}"]
+    options.append("verbose:=true")
     drives = []
     for name in names:
         (tmp_path / name).mkdir()

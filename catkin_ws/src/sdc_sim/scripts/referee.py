@@ -15,7 +15,7 @@ from nav_msgs.msg import Path
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from sdc_common.ros.node import parameter, refuse, watch_connections
+from sdc_common.ros.node import ENDED_PARAMETER, parameter, refuse, watch_connections
 from sdc_common.ros.odometry import true_odometry_topic
 from sdc_common.ros.refusal import refusing
 from sdc_sim.evaluation.evaluator import Evaluator
@@ -68,6 +68,7 @@ class Referee:
 
         self.lock = threading.Lock()
         self.ended = threading.Event()
+        self.announce_end(False)
         self.mission_seen_s = self.mission_checked_s = time.monotonic()
         self.evaluator = Evaluator(rules, self.events)
         odometry_topic = true_odometry_topic("/carla/" + role_name)
@@ -104,7 +105,7 @@ class Referee:
         self.evaluator.rules = rules
         self.input.route(path)
         if assumed:
-            rospy.logwarn(
+            rospy.loginfo(
                 "referee: /local_planner has no parameter %s; the ideal duration uses "
                 "assumed_planner of config/referee.yaml",
                 ", ".join(assumed),
@@ -151,6 +152,12 @@ class Referee:
             rospy.logerr("referee: no node publishes %s: is mission_planner running?", ROUTE_TOPIC)
             self.ended.set()
 
+    def announce_end(self, ended):
+        """Set whether the drive has ended; other cars of this world may drive on."""
+        if self.cars == 1:
+            with contextlib.suppress(OSError, rosgraph.MasterException):
+                rospy.set_param(ENDED_PARAMETER, ended)
+
     def wait_for_last_messages(self):
         """Wait for the messages that answer the last odometry; they have other connections."""
         limit = time.monotonic() + LAST_MESSAGES_S
@@ -180,6 +187,7 @@ class Referee:
         """Write the report; return the exit status."""
         self.wait_for_last_messages()
         self.snapshots.close()
+        self.announce_end(True)
         if self.cars == 1 and not rospy.is_shutdown():
             # A simulator that does not respond must not delay the report.
             pausing = threading.Thread(target=self.pause_simulation, daemon=True)

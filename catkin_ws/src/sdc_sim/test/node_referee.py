@@ -20,6 +20,7 @@ from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 
 from sdc_common.processes import wait_until
+from sdc_common.ros.node import ENDED_PARAMETER
 from sdc_sim.ros.message_conversion import quaternion_from_yaw
 from sdc_testing import MessageListener
 
@@ -141,6 +142,7 @@ class RefereeTest(unittest.TestCase):
         report = self.report(process, 0)
         self.assertEqual(report["status"], "completed")
         self.assertEqual(pauses, [False], "one time, before the report exists")
+        self.assertTrue(rospy.get_param(ENDED_PARAMETER), "no node warns of the stopped clock")
         self.assertAlmostEqual(report["cross_track_rms_m"], 0.3, places=6)
         self.assertAlmostEqual(report["speed_max_mps"], 10.0, places=6)
         self.assertAlmostEqual(report["heading_rms_rad"], 0.5, places=6)

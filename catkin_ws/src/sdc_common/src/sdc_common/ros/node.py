@@ -19,6 +19,8 @@ from rospy.impl.registration import get_topic_manager
 from std_srvs.srv import Trigger
 
 _CHECK_EVERY_S = 5.0
+# Whether the drive has ended: the referee writes its report, and the clock stops.
+ENDED_PARAMETER = "/referee/drive_ended"
 _WATCH = ("/referee", "/record", "/cockpit", "/show")  # nodes that only watch a drive
 
 
@@ -96,7 +98,7 @@ def every(seconds: float, function: Callable[[], object]) -> None:
 
 
 def watch_connections() -> None:
-    """Log when the simulated clock has stopped or the master is gone, from now on."""
+    """Log when the simulated clock has stopped or the master is gone, until the drive has ended."""
     master = rosgraph.Master(rospy.get_name())
     last_time = rospy.get_rostime()
     logged: set[str] = set()
@@ -115,11 +117,20 @@ def watch_connections() -> None:
             master.getPid()
         except (OSError, rosgraph.MasterException):
             problems.add(f"no roscore responds at {master.master_uri}; existing connections stay")
+        if problems and _drive_has_ended():
+            return
         for problem in problems - logged:
             rospy.logwarn("%s: %s", rospy.get_name().lstrip("/"), problem)
         last_time, logged = now, problems
 
     every(_CHECK_EVERY_S, check)
+
+
+def _drive_has_ended() -> bool:
+    try:
+        return rospy.get_param(ENDED_PARAMETER, False)
+    except (OSError, rosgraph.MasterException):
+        return False
 
 
 def _topics_without_publisher() -> list[str]:

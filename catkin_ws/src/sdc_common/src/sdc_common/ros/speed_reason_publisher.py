@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import rospy
 from sdc_msgs.msg import SpeedReason
 
@@ -10,6 +12,8 @@ from sdc_common.ros.node import LoopPublisher
 
 TOPIC = "/planner/speed_reason"
 DETAIL_TOPIC = TOPIC + "_detail"  # because of whom, in words
+# Wall time in which the nodes of a drive start [s]: start_patience_s of the simulator.
+_START_S = 20.0
 
 
 class SpeedReasonPublisher:
@@ -20,6 +24,7 @@ class SpeedReasonPublisher:
         self._detail_publisher = LoopPublisher(DETAIL_TOPIC, SpeedReason, latch=True)
         self._last = "", ""
         self._stamp_ns = 0
+        self._started_s = time.monotonic()
 
     def update(self, stamp: rospy.Time, reason: str, detail: str = "") -> None:
         """Set the reason from the odometry with this stamp on; see speed_reasons."""
@@ -34,7 +39,11 @@ class SpeedReasonPublisher:
             publisher.publish(message)
 
     def timed_out(self, missing: str, stamp: rospy.Time) -> None:
-        """Log that an input of the controller is missing, `path` or `odometry`, and publish it."""
-        name = rospy.get_name().lstrip("/")
-        rospy.logwarn_throttle(5.0, f"{name}: no {missing}, braking")
+        """Publish that an input of the controller is missing, `path` or `odometry`, and warn.
+
+        While the nodes of a drive start, the first message is awaited without a warning.
+        """
+        if time.monotonic() - self._started_s > _START_S:
+            name = rospy.get_name().lstrip("/")
+            rospy.logwarn_throttle(5.0, f"{name}: no {missing}, braking")
         self.update(stamp, f"{missing}_timeout")

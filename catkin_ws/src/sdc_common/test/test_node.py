@@ -1,0 +1,37 @@
+"""What nodes log about the connections of a drive."""
+
+import pytest
+import rospy
+from rosgraph import Master
+
+from sdc_common.ros import node, speed_reason_publisher
+
+
+@pytest.fixture
+def warnings(monkeypatch):
+    """Return the warnings of a node whose clock stands still and whose master responds."""
+    logged = []
+    monkeypatch.setattr(rospy, "logwarn", lambda text, *values: logged.append(text % values))
+    monkeypatch.setattr(rospy, "logwarn_throttle", lambda seconds, text: logged.append(text))
+    monkeypatch.setattr(rospy, "get_rostime", lambda: rospy.Time(1))
+    monkeypatch.setattr(Master, "getPid", lambda master: 1)
+    return logged
+
+
+@pytest.mark.parametrize("has_ended", [False, True])
+def test_stopped_clock_is_a_problem_until_the_drive_has_ended(monkeypatch, warnings, has_ended):
+    monkeypatch.setattr(rospy, "get_param", lambda name, default: has_ended)
+    monkeypatch.setattr(node, "every", lambda seconds, check: (check(), check()))
+    node.watch_connections()
+    assert len(warnings) == (0 if has_ended else 1)
+
+
+def test_first_path_is_awaited_without_a_warning(monkeypatch, warnings):
+    monkeypatch.setattr(speed_reason_publisher, "LoopPublisher", lambda *_, **__: None)
+    reasons = speed_reason_publisher.SpeedReasonPublisher()
+    monkeypatch.setattr(reasons, "update", lambda *_: None)
+    reasons.timed_out("path", rospy.Time(1))
+    assert warnings == []
+    monkeypatch.setattr(reasons, "_started_s", -100.0)
+    reasons.timed_out("path", rospy.Time(1))
+    assert len(warnings) == 1 and "no path, braking" in warnings[0]
