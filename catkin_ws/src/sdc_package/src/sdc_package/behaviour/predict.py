@@ -138,12 +138,14 @@ class Predictor:
         onward = self._onward(place.lane)
         at = place.s_m + travel_m
         heading = np.interp(at, onward.s_m, onward.heading_rad)
-        # Who moves across its lane goes on with it for a short time; in a junction, no one changes
-        # lanes, and a long one that seems to is in a bend.
+        # Who moves across its lane goes on with it for a short time. In a bend, a long body has the
+        # heading of the lane at some place along it.
+        half_m, yaw_rad = 0.5 * user.length_m, place.heading_error_rad + heading[0]
+        ends_m = place.s_m - half_m, place.s_m + half_m
+        along_rad = np.interp(ends_m, onward.s_m, onward.heading_rad)
+        error_rad = yaw_rad - min(max(yaw_rad, along_rad.min()), along_rad.max())
         across_s = np.minimum(TIMES_S, scene.settings.prediction.across_s)
-        left_m = place.cross_track_m + across_s * user.speed_mps * math.sin(place.heading_error_rad)
-        if self._network.lanes[place.lane].junction:
-            left_m = place.cross_track_m * (1.0 - across_s / across_s[-1])
+        left_m = place.cross_track_m + across_s * user.speed_mps * math.sin(error_rad)
         x = np.interp(at, onward.s_m, onward.points_m[:, 0]) - left_m * np.sin(heading)
         y = np.interp(at, onward.s_m, onward.points_m[:, 1]) + left_m * np.cos(heading)
         beyond_m = np.maximum(at - onward.s_m[-1], 0.0)
