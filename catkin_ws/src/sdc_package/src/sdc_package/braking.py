@@ -12,6 +12,20 @@ FIRM_MPS2 = 3.0
 # Hardest deceleration that is comfortable by nuPlan's limits [m/s^2].
 HARD_MPS2 = 3.9
 
+
+def braking_for(usual_mps2: float, speed_mps: float, room_m: float, to_mps: float = 0.0) -> float:
+    """Return the deceleration of a car that may be late: as hard as needed, up to HARD_MPS2.
+
+    Args:
+        usual_mps2: deceleration of a car that is not late [m/s^2]
+        speed_mps: speed of the car [m/s]
+        room_m: distance to the place at which it has another speed [m]
+        to_mps: speed there [m/s]
+    """
+    needed_mps2 = (speed_mps**2 - to_mps**2) / max(2.0 * room_m, 0.1)
+    return max(usual_mps2, min(needed_mps2, HARD_MPS2))
+
+
 # A car that has accelerated by less than this is coasting [m/s^2].
 COASTING_MPS2 = 0.4
 # A car that stands closer than this to its stop stays: it would start too hard and pass it [m].

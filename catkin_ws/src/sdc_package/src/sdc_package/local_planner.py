@@ -11,7 +11,7 @@ import numpy as np
 from sdc_common.geometry.polyline import Place
 from sdc_common.geometry.road_line import LONGEST_STEP_M, road_route
 from sdc_common.planning.speed_profile import limited_speeds
-from sdc_package.braking import FIRM_MPS2, HARD_MPS2
+from sdc_package.braking import FIRM_MPS2, HARD_MPS2, braking_for
 from sdc_package.obstacle_prediction import Obstacles
 from sdc_package.obstacles import speed_caps
 from sdc_package.planner_settings import PlannerSettings
@@ -180,8 +180,8 @@ class LocalPlanner:
             rows, share = rows.copy(), (s[after] - stop_s) / (s[after] - s[after - 1])
             rows[after, :2] += share * (rows[after - 1, :2] - rows[after, :2])
             last_s = stop_s
-        needed_mps2 = speed_mps**2 / max(2.0 * (last_s - s_m), 0.1)
-        braking_mps2 = max(self.settings.limits.braking_mps2, min(needed_mps2, HARD_MPS2))
+        usual_mps2 = self.settings.limits.braking_mps2
+        braking_mps2 = braking_for(usual_mps2, speed_mps, last_s - s_m)
         caps = np.sqrt(2.0 * braking_mps2 * np.maximum(last_s - s, 0.0))
         return self.limited(rows, caps, reason)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.route import Route
-from sdc_package.braking import FIRM_MPS2
+from sdc_package.braking import FIRM_MPS2, braking_for
 from sdc_package.obstacle_prediction import (
     PREDICTION_TIMES_S,
     STEP_S,
@@ -95,5 +95,6 @@ def caps_behind(
             falls_back_mps = along_mps + min(stop_s_m - from_s_m, 0.0) / _FALL_BACK_S
             along_mps = min(along_mps, max(falls_back_mps, speed_mps - _SLOWER_MPS, 0.0))
         room_m = np.maximum(stop_s_m - s_m, 0.0)
-        return np.sqrt(along_mps**2 + 2.0 * distances.braking_mps2 * room_m)
+        braking = distances.braking_mps2, speed_mps, stop_s_m - from_s_m, along_mps
+        return np.sqrt(along_mps**2 + 2.0 * braking_for(*braking) * room_m)
     return np.full(len(s_m), np.inf)
