@@ -14,7 +14,7 @@ from typing import Sequence
 
 from sdc_common.processes import isolate_network
 from sdc_experiments.commands import WordError, parse
-from sdc_workshop import progress, quiz
+from sdc_workshop import my_car, progress, quiz
 from sdc_workshop.exam.answer import PASSED, Answer
 from sdc_workshop.exam.examination import Examination
 from sdc_workshop.exam.stage import Stage
@@ -154,9 +154,11 @@ def main(arguments: Sequence[str]) -> int:
     """
     try:
         options = parse("workshop/check", arguments)
+        place = Path(os.environ.get("PWD") or os.getcwd())
+        if options.command.endswith("my-car"):
+            return my_car.run(options.drives, place)
         if options.language:
             os.environ["LANGUAGE"] = options.language
-        place = Path(os.environ.get("PWD") or os.getcwd())
         if options.command.endswith("quiz"):
             return quiz.run(options.lesson, options.seed, place)
         if options.hint or options.list:

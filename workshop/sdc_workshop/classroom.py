@@ -25,6 +25,8 @@ from sdc_workshop.workspace import package_of
 # A student who was away for longer was not at a step all the time.
 _LONGEST_MIN = 60.0
 _PERIOD_S = 5
+# Number of the best cars that the page shows.
+_CARS = 5
 _MOST_BYTES = 1_000_000
 
 
@@ -82,6 +84,7 @@ def student(workspace: Path, lab: str, now_s: float) -> dict:
             "taken": taken,
             "attempts": {key: int(value) for key, value in attempts.items()},
             "waits": None if last_s is None else max(0, round((now_s - last_s) / 60.0)),
+            "car": progress.best_car(workspace),
             "quizzes": {str(key): int(right) for key, right in progress.quizzes(workspace).items()},
         }
     except (TypeError, LookupError, AttributeError, ArithmeticError, RecursionError) as error:
@@ -133,6 +136,7 @@ def write_page(options: SimpleNamespace, now_s: float) -> int:
         rows=sorted(rows, key=lambda row: (len(row["done"]), row["name"])),
         steps=steps,
         slow=slow,
+        cars=sorted((-row["car"], row["name"]) for row in rows if row["car"])[:_CARS],
         every=0 if options.once else _PERIOD_S,
         time=time.strftime("%H:%M:%S", time.localtime(now_s)),
     )

@@ -1,4 +1,4 @@
-"""What a student's package keeps: answers, attempts and times of the steps, and the quizzes."""
+"""What a student's package keeps: answers, attempts and times of the steps, quizzes, own car."""
 
 from __future__ import annotations
 
@@ -20,11 +20,13 @@ _ATTEMPTS = "attempts"
 _TIMES = "times"
 # Key of the quizzes: by lesson, the number of right answers in the last one.
 _QUIZ = "quiz"
+# Key of the best score of the student's own car, 0 to 100.
+_BEST_CAR = "my-car"
 
 
 def statuses(folder: Path, lab: str = WORKSHOP) -> dict:
     """Return the status of each step of a lab when it was last checked, by step id."""
-    other = (_ATTEMPTS, _TIMES, _QUIZ)
+    other = (_ATTEMPTS, _TIMES, _QUIZ, _BEST_CAR)
     return {key: value for key, value in _kept(folder, lab).items() if key not in other}
 
 
@@ -47,6 +49,19 @@ def keep_quiz(folder: Path, lesson: str, right: int) -> None:
     """Keep the result of a quiz."""
     kept = _kept(folder, WORKSHOP)
     _write(folder, WORKSHOP, {**kept, _QUIZ: {**kept.get(_QUIZ, {}), lesson: right}})
+
+
+def best_car(folder: Path) -> float | None:
+    """Return the best score of the student's own car, 0 to 100; None: it has not driven."""
+    score = _kept(folder, WORKSHOP).get(_BEST_CAR)
+    return None if score is None else float(score)
+
+
+def keep_best_car(folder: Path, score: float) -> float:
+    """Keep the score of the student's own car if it is better, and return the best one."""
+    best = max(best_car(folder) or 0.0, score)
+    _write(folder, WORKSHOP, {**_kept(folder, WORKSHOP), _BEST_CAR: best})
+    return best
 
 
 def keep(folder: Path, answers: dict) -> None:

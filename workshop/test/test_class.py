@@ -44,6 +44,14 @@ def test_page_shows_who_is_where_and_keeps_pseudonyms(tmp_path, capsys):
     assert (tmp_path / "class.pseudonyms.json").stat().st_mode & 0o077 == 0
 
 
+def test_page_shows_the_best_cars_under_pseudonyms(tmp_path):
+    for name, score in (("ada", 61.5), ("ben", 74.25), ("cem", None)):
+        keep(tmp_path / "home", name, 3, **({"my-car": score} if score else {}))
+    cars = [row for row in rows(tmp_path, "--names") if row.endswith((" 61.5", " 74.2"))]
+    assert cars == ["1 ben 74.2", "2 ada 61.5"]
+    assert not any("ben" in row for row in rows(tmp_path))
+
+
 def test_progress_that_is_a_link_is_left_out(tmp_path, capsys):
     for name in ("ada", "ben"):
         keep(tmp_path / "home", name, 3)

@@ -391,8 +391,9 @@ def test_championship_adds_the_score_of_the_driver_of_each_folder(tmp_path, monk
     names = ("ada", "bob", "Bob Smith", "index", "eve")
     for name in names:
         (tmp_path / name).mkdir()
-    for name in ("ada", "Bob Smith", "index"):
-        (tmp_path / name / "driver.py").write_text("class Driver: pass\n")
+    (tmp_path / "Bob Smith" / "sdc_ws").mkdir()
+    for place in ("ada", "Bob Smith/sdc_ws", "index"):
+        (tmp_path / place / "driver.py").write_text("class Driver: pass\n")
     (tmp_path / "eve" / "driver.py").symlink_to("../ada/driver.py")
     monkeypatch.setattr(command.subprocess, "run", hold)
     grades = [Grade(name, tmp_path / name) for name in names]
@@ -404,3 +405,12 @@ def test_championship_adds_the_score_of_the_driver_of_each_folder(tmp_path, monk
         "",
         f"the link {tmp_path}/eve/driver.py is not followed",
     ]
+
+
+def test_rubric_that_weighs_a_car_of_ones_own_needs_a_round(tmp_path, capsys):
+    rubric, ada = tmp_path / "rubric.yaml", tmp_path / "ada"
+    rubric.write_text("weights: {my_car: 1}")
+    ada.mkdir()
+    options = ["--rubric", str(rubric), "--output", str(tmp_path / "grades")]
+    assert command.main([str(ada), *options]) == 2
+    assert "add --championship with a number of drives" in capsys.readouterr().err

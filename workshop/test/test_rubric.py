@@ -25,6 +25,8 @@ def graded(tmp_path, steps=STEPS, drive=100.0, unknown=100.0, **more):
         ("solution_cap: 0", {"solved": [step.id for step in STEPS]}, 50.0),
         ("phases: [0, 0, 1, 1]", {"steps": [one for one in STEPS if one.phase == 3]}, 100.0),
         ("weights: {phases: 3, drive: 1, unknown_drive: 0}", {"drive": 0.0}, 75.0),
+        ("weights: {my_car: 1}", {"championship": "80.0"}, 90.0),
+        ("weights: {my_car: 1}", {}, 50.0),
         ("points: 20\nlate: {days: {ada: 3}, free_days: 1}", {}, 16.0),
         ("late: {days: {ada: 200}}", {}, 0.0),
     ],

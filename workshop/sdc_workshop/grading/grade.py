@@ -32,11 +32,14 @@ from sdc_workshop.grading.lms import write_lms
 from sdc_workshop.grading.record import printable, write_json, write_table
 from sdc_workshop.grading.rubric import PACKAGED, load_rubric
 from sdc_workshop.grading.summary import cells, ranked, write_csv, write_pages
+from sdc_workshop.my_car import DRIVER
 from sdc_workshop.steps import load_steps
 from sdc_workshop.student_file import MAX_BYTES
 from sdc_workshop.workspace import PROJECT
 
 _SETTINGS = "grading.json"
+# Where the driver of a student's own car is, in what was handed in.
+_DRIVERS = (DRIVER, f"sdc_ws/{DRIVER}")
 # No student's folder has the name of a file of the summary.
 FILES = (_SETTINGS, "grades.csv", "grades.html", "moodle.csv", "canvas.csv", "copies.csv")
 
@@ -65,6 +68,11 @@ def grade_class(options: SimpleNamespace, output: Path) -> list:
                 f"{output} is in {folder}, a student's folder; name another one with --output"
             )
     rubric = load_rubric(Path(options.rubric or PACKAGED), named.values())
+    if rubric["weights"]["my_car"] and not options.championship:
+        raise HandedInError(
+            f"{options.rubric}: 'weights.my_car' needs the scores of a round; "
+            "add --championship with a number of drives, or set it to 0"
+        )
     if not output.exists():
         output.mkdir(mode=0o700, parents=True)  # other users do not read the marks
     seed = class_seed(output, options.seed)
@@ -114,8 +122,9 @@ def add_championship(grades: list, output: Path, drives: int) -> None:
         left.unlink()  # of an earlier grade
     names: dict = {}
     for found in grades:
-        path = Path(found.folder) / "driver.py"
-        if path.is_symlink() or found.folder.is_symlink():
+        paths = [Path(found.folder, place) for place in _DRIVERS]
+        path = next((one for one in paths if one.is_symlink() or one.is_file()), paths[0])
+        if any(one.is_symlink() for one in (path, path.parent, found.folder)):
             found.contained.append(f"the link {printable(str(path))} is not followed")
         elif path.is_file():
             # The name of a page; "index" is that of the round itself.

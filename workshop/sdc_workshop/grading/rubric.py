@@ -22,6 +22,7 @@ class Mark(NamedTuple):
     phases: float
     drive: float
     unknown_drive: float
+    my_car: float
     late_percent: float
 
 
@@ -65,6 +66,7 @@ def mark(found: Grade, rubric: dict) -> Mark:
         "phases": (own + min(given, rubric["solution_cap"] * total)) / total,
         "drive": found.score / 100.0,
         "unknown_drive": found.unknown_score / 100.0,
+        "my_car": float(found.championship or 0.0) / 100.0,
     }
     reached = sum(weight * shares[name] for name, weight in parts.items()) / sum(parts.values())
     late = rubric["late"]

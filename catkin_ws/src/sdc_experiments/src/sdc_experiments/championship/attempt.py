@@ -119,7 +119,10 @@ def run(options: SimpleNamespace) -> int:
     record, page = (folder / f"{path.stem}{ending}" for ending in (".json", ".html"))
     write_page(page, result=result, table=table, worst=worst, shown=shown)
     print(*lines(result), sep="\n")
-    print(f"championship: see {page}, {write_record(record, result, path.name, source)}")
+    print(
+        f"championship: see {page}, "
+        + write_record(record, {**result, "baselines": others}, path.name, source)
+    )
     rank = 1 + sum(score > result["score"] for score in others.values())
     print(f"{last_line(result)}, rank {rank} of {len(others) + 1}")
     return 1 if result["problems"] else 0
