@@ -20,6 +20,7 @@ ROUTES = {
 }
 MY_ROUTE, TIGHT_ROUTE = ROUTES["my_route.yaml"], ROUTES["tight_route.yaml"]
 NOISE = {"position_m": 0.1, "heading_rad": 0.0, "speed_mps": 0.0}
+K_60 = {"stanley_compensated": {"k": 60.0}}
 # Of each experiment: how the drive differs, its parameters, and the choice that is right.
 DRIVES = {
     "experiment-1": ({"controller_options": {"stanley_compensated": {"k": 60.0}}}, "c"),
@@ -41,7 +42,9 @@ def keep(folder, name, report, options):
     """Write the report and the parameters of a drive, as the referee does."""
     route = "/ws/tight_route.csv" if "route" in options else "/ws/my_route.csv"
     parameters = {
-        "sim": {**options.get("sim_options", {}), "waypoints_path": route},
+        "sim": {"friction": 1.0, **options.get("sim_options", {}), "waypoints_path": route},
+        "mission_planner": {"waypoints_path": route},
+        "referee": {"report": f"report/{name}.json"},
         "simple_controller": options.get("controller_options", {}),
     }
     (folder / "report").mkdir(exist_ok=True)
@@ -79,6 +82,45 @@ def test_result_is_what_the_experiment_explains(name, my_route, tmp_path, monkey
         assert answer.expected.startswith(f"{prediction}: ")
         assert answer.seen.startswith(f"{right}: ")
         assert answer.hint.startswith("As" if prediction == right else "Not as")
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "words"),
+    [
+        (
+            "experiment-2",
+            {"controller_options": K_60},
+            ["stanley_compensated/k is 60.0", "config/"],
+        ),
+        ("experiment-4", {"route": TIGHT_ROUTE}, ["waypoints_path is tight_route.csv", "command"]),
+        ("experiment-4", {"sim_options": {"vehicle": "van"}}, ["sim/friction is 1.0", "command"]),
+        (
+            "experiment-1",
+            {"controller_options": {"stanley": {"k": 60.0}}},
+            [
+                "simple_controller/stanley/k is 60.0",
+                "must be in simple_controller/stanley_compensated",
+            ],
+        ),
+    ],
+)
+def test_all_else_is_equal(name, options, words, tmp_path):
+    experiment = Experiment.named(name, tmp_path)
+    base = {"stanley_compensated": {"k": 2.5}, "stanley": {"k": 2.5}}
+    changed = {**base, **options.get("controller_options", {})}
+    report = {experiment.metric: 1.0, "status": "completed"}
+    settings = dict(experiment.changes)
+    sim = {key[4:]: value for key, value in settings.items() if "vehicle" not in str(options)}
+    sim = {} if name == "experiment-1" else sim
+    keep(tmp_path, "my_route", report, {"controller_options": base})
+    every = {**options, "controller_options": changed}
+    every["sim_options"] = {**sim, **options.get("sim_options", {})}
+    keep(tmp_path, name, report, every)
+    predict(tmp_path, name, "a")
+    answer = experiment.answer()
+    assert answer.status == "wrong"
+    for word in words:
+        assert word in f"{answer.seen} {answer.hint}"
 
 
 def test_guide_asks_what_the_check_asks():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 
@@ -14,6 +14,8 @@ from sdc_workshop.steps import FOLDER
 from sdc_workshop.student_file import read_anyway, values
 
 PREDICTIONS = "predictions.yaml"
+# Parameters that differ in each drive.
+_OF_A_DRIVE = ("/report", "/picture_feed", "/drive_log")
 _BASE = "report/my_route.json"
 
 
@@ -30,6 +32,24 @@ def _read(path: Path) -> dict:
     return {}
 
 
+def _parameters(path: Path) -> dict:
+    """Return the parameters of a drive by NODE/PARAMETER; of a path, the name of its file."""
+    found, queue = {}, list(_read(path).items())
+    for name, value in queue:
+        if isinstance(value, dict):
+            queue += [(f"{name}/{key}", inner) for key, inner in value.items()]
+        elif "/" in name and not name.startswith("roslaunch") and not name.endswith(_OF_A_DRIVE):
+            found[name] = Path(value).name if isinstance(value, str) else value
+    return found
+
+
+def _place(name: str) -> str:
+    """Return where a parameter is set, for people."""
+    node = name.split("/")[0]
+    is_world = node in ("sim", "referee") or name.endswith("_path")
+    return "in the command of the drive" if is_world else f"in config/{node}.yaml"
+
+
 @dataclass(frozen=True)
 class Experiment:
     """One row of experiments.yaml in a student's workspace."""
@@ -37,12 +57,13 @@ class Experiment:
     id: str
     folder: Path
     setting: str
-    done: str
     metric: str
     question: str
     choices: dict
     results: dict
     why: str
+    changes: dict = field(default_factory=dict)
+    done: str = "True"
 
     @staticmethod
     def named(step_id: str, folder: Path) -> Experiment:
@@ -67,9 +88,12 @@ class Experiment:
             if self.metric not in report:
                 return answered("no_experiment", report=name, setting=self.setting)
         old, new = (report[self.metric] for report in reports)
-        names = {"old": old, "new": new, "status": reports[1]["status"], "at": self._parameter}
+        names = {"old": old, "new": new, "status": reports[1]["status"]}
+        difference = self._difference(report_name)
+        if difference is not None:
+            return difference
         if not self._is(self.done, names):
-            return answered("same_setting", report=report_name, setting=self.setting)
+            return answered("same_drive", report=report_name, setting=self.setting)
         result = next(key for key, when in self.results.items() if self._is(when, names))
         right = "As predicted." if result == prediction else "Not as predicted."
         return Answer(
@@ -80,12 +104,29 @@ class Experiment:
             f"{right} {self.why}",
         )
 
-    def _parameter(self, name: str) -> object:
-        """Return a parameter of the drive by its full name, "" without one."""
-        found: object = _read(self.folder / f"report/{self.id}.parameters.json")
-        for part in name.split("/"):
-            found = found.get(part, "") if isinstance(found, dict) else ""
-        return found
+    def _difference(self, report: str) -> Answer | None:
+        """Return which parameter of the drive is not the one that is asked for, or None."""
+        base, drive = (
+            _parameters(self.folder / Path(name).with_suffix(".parameters.json"))
+            for name in (_BASE, report)
+        )
+        for name, wanted in {**self.changes, **base, **self.changes}.items():
+            got = drive.get(name, "not set")
+            if got == wanted:
+                continue
+            node, _, key = name.rpartition("/")
+            texts = {"report": report, "name": name, "wanted": wanted, "got": got, "base": _BASE}
+            if name not in self.changes:
+                return answered("another_parameter", place=_place(name), **texts)
+            others = [
+                other
+                for other, value in drive.items()
+                if value == wanted and base.get(other) != value and other.endswith(f"/{key}")
+            ]
+            note = f"{others[0]} is {wanted}: it must be in {node}. " if others else ""
+            place = _place(name)
+            return answered("same_setting", setting=self.setting, note=note, place=place, **texts)
+        return None
 
     @staticmethod
     def _is(condition: str, names: dict) -> bool:
