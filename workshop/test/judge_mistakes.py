@@ -10,6 +10,7 @@ from pathlib import Path
 
 import yaml
 
+from sdc_workshop.exam.answer import IN_FULL
 from sdc_workshop.exam.examination import Examination
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
@@ -54,9 +55,12 @@ def is_as_listed(row, answer):
     """Return whether a mistake is explained, and code that is right passes."""
     if row["says"] == "right":
         return answer.status == "passed"
+    first = answer.hint.partition(IN_FULL)[0].strip()
     message = f"{answer.expected} {answer.seen} {answer.hint}"
     return bool(
         answer.status == "wrong"
+        and first
+        and all(word in first for word in row.get("first", ()))
         and all(word in answer.hint for word in row["says"])
         and all(word in answer.seen for word in row.get("seen", ()))
         and not any(word in message for word in row.get("unsaid", ()))

@@ -73,7 +73,9 @@ class BasicControlCheck(NodeCheck):
             swapped = [("throttle", "steer"), ("steer", "throttle")]
             swapped += [("brake", "throttle"), ("brake", "steer")]
             is_swapped = any(abs(got[a] - basic[b]) < _TOLERANCE for a, b in swapped)
-            key = "fields_swapped" if is_swapped else "another_field"
+            is_negated = abs(got[wrong[0]] + basic[wrong[0]]) < _TOLERANCE
+            key = "field_sign" if is_negated else "another_field"
+            key = "fields_swapped" if is_swapped else key
             return listed(key, wanted=_text(basic), got=_text(got), field=wrong[0])
         stamp = command.header.stamp
         if stamp in stamps:

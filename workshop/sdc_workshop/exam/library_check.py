@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import contextlib
 import traceback
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any, Callable, Iterator
 
 import numpy as np
 
-from sdc_workshop.exam.answer import Problem, in_full, listed
+from sdc_workshop.exam import families
+from sdc_workshop.exam.answer import IN_FULL, Problem, in_full, listed
 from sdc_workshop.exam.asked import Asked, NoAnswer, Remote
 from sdc_workshop.exam.output import last_line
 from sdc_workshop.exam.probes import library_probe
@@ -21,8 +23,11 @@ from sdc_workshop.exam.process import NotJudged
 from sdc_workshop.exam.region_check import RegionCheck
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.variant import Variant
+from sdc_workshop.workspace import solution
 
 _TOLERANCE = 1e-6
+# A matrix with so many numbers is not printed: the first number that differs is.
+_LARGE = 20
 # What an expression may raise about a result of a student, which has any type and shape.
 _ERRORS = (
     ArithmeticError,
@@ -56,18 +61,19 @@ class LibraryCheck(RegionCheck):
         """See RegionCheck.problems."""
         path, python_path = stage.build(variant)
         given, calls = self._given, [row["call"] for row in self._rows]
+        varied = {name: library_probe.varied(one, stage.seed) for name, one in given.items()}
+        others = [library_probe.varied(call, stage.seed) for call in calls]
         with Asked(stage, self._module, stage.environment(PYTHONPATH=python_path)) as asked:
             wrong, broken = self._differences(asked, given, calls, path, variant)
             found: dict = {}
             for row, _, got, right, names in wrong:
-                problem = self._problem(row, got, right, names)
+                problem = None if row["todo"] in found else self._problem(row, got, right, names)
                 if problem is not None:
-                    found.setdefault(row["todo"], problem)
+                    sets = [(given, calls), (varied, others)]
+                    found[row["todo"]] = self._explained(problem, row, asked, sets)
             if found or broken is not None:
                 return [*found.values()] or [broken]
-            given = {name: library_probe.varied(one, stage.seed) for name, one in given.items()}
-            calls = [library_probe.varied(call, stage.seed) for call in calls]
-            wrong, broken = self._differences(asked, given, calls, path, variant)
+            wrong, broken = self._differences(asked, varied, others, path, variant)
         if broken is not None:
             return [broken]
         for row, call, got, right, _ in wrong[:1]:
@@ -77,6 +83,37 @@ class LibraryCheck(RegionCheck):
             stage.report(f"{variant.name}: {problem.seen}, as if they were written into it")
             return [problem]
         return []
+
+    def _explained(self, problem: Problem, row: dict, asked: Asked, sets: list) -> Problem:
+        """Return a problem with a hint that names the mistake, where only its law is known."""
+        hint, _, law = problem.hint.partition(IN_FULL)
+        if hint or self._asked:
+            return problem
+        rows = [other for other in self._rows if other["todo"] == row["todo"]]
+        rows.sort(key=lambda other: other is not row)
+        places = [self._rows.index(other) for other in rows]
+        wanted = [(given, [calls[place] for place in places]) for given, calls in sets]
+
+        def results() -> Iterator[Any]:
+            for given, calls in wanted:
+                names = library_probe.names_for(self._module, given, {})
+                for call in calls:
+                    yield library_probe.plain(library_probe.evaluate(call, names))
+
+        got: list = []
+        # What the student's lines return for other numbers may be an exception.
+        with contextlib.suppress(NoAnswer, *_ERRORS):
+            for given, calls in wanted:
+                asked.begin(given)
+                before = asked.ask("digests(globals(), wanted)", wanted=[*given])
+                for call in calls:
+                    got.append(asked.ask(f"plain({call})"))
+                if asked.ask("digests(globals(), wanted)", wanted=[*given]) != before:
+                    return replace(problem, hint=f"{families.CHANGED} {problem.hint}")
+        text = solution(self.file).read_text(encoding="utf-8")
+        known = text, row["todo"], self._module, results, got, same
+        hint = families.sentence(*known) if got else ""
+        return replace(problem, hint=f"{hint or families.UNKNOWN} {in_full(law)}".strip())
 
     def _differences(
         self, asked: Asked, given: dict, calls: list, path: Path, variant: Variant
@@ -142,6 +179,8 @@ class LibraryCheck(RegionCheck):
         shapes = [np.array(value, object).shape for value in (right, got)]
         texts.append([f"numbers of the shape {shape}" for shape in shapes])
         right_text, got_text = next((pair for pair in texts if pair[0] != pair[1]), texts[1])
+        if "show" not in row:
+            right_text, got_text = _first_difference(right, got) or (right_text, got_text)
         expected = row["expected"].replace("{right}", right_text)
         seen = row.get("seen", "{got}").replace("{got}", got_text or "nothing")
         return Problem(expected, seen, hint.replace("{law}", law), row["todo"])
@@ -174,6 +213,23 @@ def _shown(show: str, value: Any, digits: int = 3) -> str:
     flat = np.ravel(rows).tolist() if len({np.shape(row) for row in rows}) == 1 else rows
     text = ", ".join(f"{one:.{digits}f}" if isinstance(one, float) else str(one) for one in flat)
     return text.replace("nan", "NaN")[:300]
+
+
+def _first_difference(right: Any, got: Any) -> list | None:
+    """Return both texts of the first number that differs in two large matrices, or None."""
+    try:
+        matrices = [np.array(value, float) for value in (right, got)]
+    except (TypeError, ValueError):
+        return None
+    if matrices[0].ndim != 2 or matrices[0].size < _LARGE:
+        return None
+    shapes = ["{} x {} numbers".format(*matrix.shape) for matrix in matrices if matrix.ndim == 2]
+    if matrices[0].shape != matrices[1].shape:
+        return shapes if len(shapes) == 2 else None
+    close = np.isclose(*matrices, 0.1 * _TOLERANCE, 0.1 * _TOLERANCE, equal_nan=True)
+    row, column = np.argwhere(~close)[0]
+    place = f"{shapes[0]}, in row {row + 1}, column {column + 1}"
+    return [f"{place}: {matrix[row, column]:.4g}" for matrix in matrices]
 
 
 def same(got: object, wanted: object) -> bool:

@@ -143,8 +143,9 @@ class MissionPlannerCheck(NodeCheck):
             how = next((how for how in results if how != "idle"), "idle")
             output = node.program.output
             if "Traceback" in output:
-                found = self.crash_problem(node, variant)
-                if found is not None and "WaypointError" not in found.seen:
+                last = output.rpartition("During handling of the above exception")[2]
+                found = self.exception_problem(last, node.path, variant)
+                if found is not None and not found.seen.split(":")[0].endswith("WaypointError"):
                     return found
                 return listed("bad_file_traceback")
             if how == "ended" and node.program.status == 1 and f"{path}, row 3" in output:
@@ -356,6 +357,7 @@ class Scene:
             "plan": self._plan,
             "first": self._search.first_ahead(x, y),
             "nearest": self._search.nearest(x, y),
+            "search": self._search,
         }
         with contextlib.suppress(ValueError, IndexError):
             return _equal(answers[-1], evaluate(expression, names))

@@ -17,6 +17,8 @@ import pickle
 import re
 import socket
 import sys
+import zlib
+from functools import lru_cache
 from pathlib import Path
 from random import Random
 from types import SimpleNamespace
@@ -80,6 +82,17 @@ def unchanged(function: Callable, *arguments: object) -> bool:
     return plain(given) == plain(arguments)
 
 
+def digests(names: dict, wanted: list) -> list:
+    """Return a number for the content of each of the values with these names."""
+    found = []
+    for name in wanted:
+        try:
+            found.append(zlib.crc32(pickle.dumps(names[name])))
+        except (AttributeError, TypeError, pickle.PicklingError):
+            found.append(0)
+    return found
+
+
 def _quaternion(yaw: float, pitch: float, roll: float) -> SimpleNamespace:
     (cy, cp, cr), (sy, sp, sr) = (f(np.array([yaw, pitch, roll]) / 2) for f in (np.cos, np.sin))
     return SimpleNamespace(
@@ -107,6 +120,14 @@ def speed_of(x: float, y: float) -> float:
     message.pose.pose.orientation.w = 1.0
     message.twist.twist.linear.x, message.twist.twist.linear.y = x, y
     return pose_and_speed(message)[3]
+
+
+@lru_cache(maxsize=1)
+def _parameters() -> dict:
+    """Return the parameters of the solution's controller."""
+    project = Path(__file__).resolve().parents[4]
+    file = project / "catkin_ws/src/sdc_package/config/simple_controller.yaml"
+    return dict(yaml.safe_load(file.read_text(encoding="utf-8")))
 
 
 def controller_answer(
@@ -139,10 +160,7 @@ def controller_answer(
     from sdc_package.steering.axles import Axles
     from sdc_package.steering.loader import load_steering
 
-    if parameters is None:
-        project = Path(__file__).resolve().parents[4]
-        file = project / "catkin_ws/src/sdc_package/config/simple_controller.yaml"
-        parameters = dict(yaml.safe_load(file.read_text(encoding="utf-8")))
+    parameters = parameters or _parameters()
     steering = load_steering(method, parameters[method], Axles(**parameters["axles"]))
     controller = Controller(parameters.__getitem__, steering)
     path = ReferencePath()
@@ -156,6 +174,7 @@ def controller_answer(
 
 _HELPERS = (
     controller_answer,
+    digests,
     marked,
     part,
     pid_outputs,

@@ -1,0 +1,341 @@
+"""Name the mistake behind wrong results: make it in the solution, and compare the results.
+
+A family changes a part of any solution: its sign, a factor, its place. Where the solution with such
+a change returns what the student's lines return, in all calls of a check, this is the mistake.
+"""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import copy
+import importlib
+import itertools
+import math
+import warnings
+from functools import lru_cache
+from pathlib import Path
+from types import FunctionType
+from typing import Any, Callable, Iterator
+
+import numpy as np
+import yaml
+
+from sdc_workshop.regions import regions
+
+# The unknown number of a family, and NumPy, under the names that the families use for them.
+_NUMBER, _LIBRARY = "_c", "_np"
+# The first numbers that are tried for it, and how often it is improved.
+_TRIALS, _STEPS = (1, 2), 8
+_EXACT = 1e-7
+# A part of the solution that is at most so long is shown as it is.
+_SHORT = 24
+
+CHANGED = (
+    "It changes an array that it gets: `-=`, `+=`, sort and the like write into the caller's array."
+)
+UNKNOWN = "No usual mistake gives this number: compute the example by hand, and print the parts."
+
+Results = Callable[[], Iterator[Any]]
+
+
+@lru_cache(maxsize=1)
+def _tables() -> dict:
+    path = Path(__file__).with_name("families.yaml")
+    return yaml.safe_load(path.read_text(encoding="utf-8"))
+
+
+def sentence(text: str, todo: str, module: str, results: Results, got: list, same: Callable) -> str:
+    """Return a sentence about the mistake in a region, or "".
+
+    Args:
+        text: the solution of the file
+        todo: number of the region
+        module: name of the module
+        results: yields what the solution returns in each call, while it may be changed
+        got: what the student's lines return in these calls; the first of them is wrong
+        same: compares two results
+    """
+    region = regions(text)[todo]
+    found = _function(ast.parse(text), region.first + 1, region.end)
+    if found is None:
+        return ""
+    path, node = found
+    owner: Any = importlib.import_module(module)
+    for name in path[:-1]:
+        owner = getattr(owner, name)
+    function = vars(owner)[path[-1]]
+    if not isinstance(function, FunctionType):
+        return ""
+    trial = _Trial(function, node, results, got, same)
+    slots = _slots(node, region.first + 1, region.end)
+    # Many changes give the same yes and no, or the same whole numbers.
+    shown = str(got)
+    is_vague = "." not in shown.replace(".0,", "").replace(".0]", "")
+    best, count = "", 0
+    for container, key, new, said in _changes(node, slots, text):
+        if is_vague and said[0] in _tables()["exact"]:
+            continue
+        kept, container[key] = container[key], new
+        try:
+            matches, number = trial.matches(_uses_number(new))
+        finally:
+            container[key] = kept
+        is_exact = said[0] in _tables()["exact"]
+        is_plain = not is_exact if number is None else _meaning(number) is not None
+        if matches == len(got) and (number is None or is_plain):
+            return _filled(said, number)
+        if matches > count and (is_plain and 2 * matches >= len(got) or matches == len(got)):
+            best, count = _filled(said, number), matches
+    return best
+
+
+def _function(tree: ast.Module, first: int, end: int) -> tuple | None:
+    """Return (names of the path to it, node) of the function that contains these lines."""
+    for node in tree.body:
+        for inner in node.body if isinstance(node, ast.ClassDef) else [node]:
+            is_inside = inner.lineno <= first and end <= (inner.end_lineno or 0) + 1
+            if isinstance(inner, ast.FunctionDef) and is_inside:
+                return ([node.name, inner.name] if inner is not node else [inner.name]), inner
+    return None
+
+
+class _Trial:
+    """Runs a changed function in the place of the solution's.
+
+    Args:
+        function: the function of the solution
+        node: its definition, which the caller changes
+        results, got, same: see `sentence`
+    """
+
+    def __init__(
+        self, function: FunctionType, node: ast.AST, results: Results, got: list, same: Callable
+    ):
+        self._function, self._node = function, node
+        self._results, self._got, self._same = results, got, same
+
+    def matches(self, has_number: bool) -> tuple:
+        """Return in how many calls the results are equal, 0 if not in the first, and the number."""
+        try:
+            module = ast.Module([ast.fix_missing_locations(self._node)], [])
+            made = compile(module, "<family>", "exec", dont_inherit=True)
+        except (SyntaxError, ValueError, TypeError):
+            return 0, None
+        name = self._function.__name__
+        codes = [code for code in made.co_consts if getattr(code, "co_name", "") == name]
+        kept, space = self._function.__code__, self._function.__globals__
+        space[_LIBRARY] = np
+        try:
+            self._function.__code__ = codes[0]
+            number = self._number() if has_number else None
+            if has_number and number is None:
+                return 0, None
+            space[_NUMBER] = number
+            return self._equal(), number
+        except ValueError:  # a closure of another size
+            return 0, None
+        finally:
+            self._function.__code__ = kept
+
+    def _equal(self) -> int:
+        """Return the number of equal results, 0 where the first one is not."""
+        count = 0
+        for mine, theirs in zip(self._got, _quiet(self._results)):
+            count += self._same(mine, theirs)
+            if not count:
+                return 0
+        return count
+
+    def _number(self) -> float | None:
+        """Return the number with which the first call returns the student's result, or None."""
+        errors = [self._errors(number) for number in _TRIALS]
+        if errors[0] is None or errors[1] is None or errors[0].shape != errors[1].shape:
+            return None
+        if (errors[0] == errors[1]).all():
+            return None
+        place = int(np.flatnonzero(errors[0] != errors[1])[0])
+        last, number = map(float, _TRIALS)
+        before, error = errors[0][place], errors[1][place]
+        for _ in range(_STEPS):  # the secant method
+            if abs(error) < _EXACT:
+                return number
+            if error == before:
+                return None
+            last, number = number, number - error * (number - last) / (error - before)
+            number = round(number) if abs(number - round(number)) < _EXACT else number
+            found = self._errors(number)
+            if found is None:
+                return None
+            before, error = error, found[place]
+        return None
+
+    def _errors(self, number: float) -> np.ndarray | None:
+        """Return the difference of the first results with this number; None without one."""
+        self._function.__globals__[_NUMBER] = number
+        with contextlib.suppress(TypeError, ValueError):
+            for result in _quiet(self._results):
+                errors = np.ravel(np.array(result, float)) - np.ravel(np.array(self._got[0], float))
+                return errors if np.isfinite(errors).all() else None
+        return None
+
+
+def _quiet(results: Results) -> Iterator[Any]:
+    """Yield results up to the first call that raises an exception."""
+    with warnings.catch_warnings(), np.errstate(all="ignore"), contextlib.suppress(Exception):
+        warnings.simplefilter("ignore")
+        yield from results()
+
+
+def _slots(node: ast.AST, first: int, end: int) -> list:
+    """Return (container, key) of each part in these lines; container[key] is the part."""
+    # A loop that never ends would end no check. What is assigned to is no part.
+    if any(isinstance(inner, ast.While) for inner in ast.walk(node)):
+        return []
+    found: list = []
+    queue: list = [node]
+    for parent in queue:
+        for field, value in ast.iter_fields(parent):
+            if field in ("target", "targets"):
+                continue
+            is_list = isinstance(value, list)
+            for key in range(len(value)) if is_list else [field]:
+                container = value if is_list else vars(parent)
+                part = container[key]
+                if isinstance(part, ast.AST):
+                    queue.append(part)
+                is_part = isinstance(part, (ast.expr, ast.stmt))
+                if is_part and first <= part.lineno and part.end_lineno <= end:
+                    found.append((container, key))
+    return found
+
+
+def _changes(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tuple]:
+    """Yield (container, key, new part, sentence) of each change of the solution."""
+    yield from _like_functions(slots)
+    for pattern, template, said in _tables()["families"]:
+        wanted = ast.parse(pattern, mode="eval").body
+        for container, key in slots:
+            parts: dict = {}
+            if _is_read(container[key]) and _matches(wanted, container[key], parts):
+                names = {name: _name(part, text) for name, part in parts.items()}
+                yield container, key, _made(template, parts), [said, names]
+    yield from _other_names(node, slots, text)
+    for container, key in slots:
+        part = container[key]
+        values = getattr(part, "args", getattr(part, "elts", []))
+        for one, other in itertools.combinations(range(len(values)), 2):
+            swapped = list(values)
+            swapped[one], swapped[other] = swapped[other], swapped[one]
+            names = {"A": _name(values[one], text), "B": _name(values[other], text)}
+            field = "args" if isinstance(part, ast.Call) else "elts"
+            yield vars(part), field, swapped, [_tables()["swapped"], names]
+        if isinstance(part, ast.AugAssign):
+            new = ast.copy_location(ast.Assign([part.target], part.value), part)
+            yield container, key, new, [_tables()["kept"], {"A": _name(part.target, text)}]
+        if isinstance(part, ast.stmt) and not isinstance(part, ast.Return):
+            changed = [*getattr(part, "targets", []), getattr(part, "target", None), part]
+            names = {"A": _name(next(filter(None, changed)), text)}
+            yield container, key, ast.copy_location(ast.Pass(), part), [_tables()["line"], names]
+
+
+def _like_functions(slots: list) -> Iterator[tuple]:
+    """Yield the changes of a function to one that students take for it."""
+    for container, key in slots:
+        part = container[key]
+        field = "attr" if isinstance(part, ast.Attribute) else "id"
+        name = getattr(part, field, "")
+        for alike in _tables()["alike"]:
+            for other in alike if name in alike else ():
+                names = {"A": f"`{name}`", "B": f"`{other}`"}
+                yield vars(part), field, other, [_tables()["other"], names]
+
+
+def _other_names(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tuple]:
+    """Yield the changes of a value to another one of the function."""
+    used = [(box, key) for box, key in slots if isinstance(box[key], (ast.Name, ast.Attribute))]
+    used = [(box, key) for box, key in used if key != "func" and _is_read(box[key])]
+    values = {argument.arg: ast.Name(argument.arg, ast.Load()) for argument in node.args.args}
+    values.update((_source(box[key], text), box[key]) for box, key in used)
+    for container, key in used:
+        part = container[key]
+        for name, value in values.items():
+            names = {"A": _name(part, text), "B": f"`{name}`"}
+            yield container, key, _made("A", {"A": value}), [_tables()["other"], names]
+
+
+def _is_read(part: ast.AST) -> bool:
+    return isinstance(part, ast.expr) and isinstance(getattr(part, "ctx", ast.Load()), ast.Load)
+
+
+def _matches(pattern: Any, node: Any, parts: dict) -> bool:
+    """Return whether a part has the form of a pattern, whose capital letters stand for any part."""
+    if isinstance(pattern, ast.Name) and isinstance(node, ast.expr):
+        if len(pattern.id) == 1:
+            return ast.dump(parts.setdefault(pattern.id, node)) == ast.dump(node)
+        return getattr(node, "attr", getattr(node, "id", "")).replace("arc", "a") == pattern.id
+    if isinstance(pattern, list):
+        return len(pattern) == len(node) and all(
+            _matches(*pair, parts) for pair in zip(pattern, node)
+        )
+    if not isinstance(pattern, ast.AST):
+        return bool(pattern == node)
+    fields = [field for field in pattern._fields if field not in ("ctx", "kind")]
+    return type(pattern) is type(node) and all(
+        _matches(getattr(pattern, field), getattr(node, field), parts) for field in fields
+    )
+
+
+def _made(template: str, parts: dict) -> ast.expr:
+    """Return a part in the form of a template; its functions are those of NumPy."""
+
+    class Filled(ast.NodeTransformer):
+        def visit_Name(self, name: ast.Name) -> ast.expr:
+            if name.id in parts or name.id == _NUMBER:
+                return copy.deepcopy(parts.get(name.id, name))
+            return ast.Attribute(ast.Name(_LIBRARY, ast.Load()), name.id, ast.Load())
+
+    return Filled().visit(ast.parse(template, mode="eval").body)
+
+
+def _uses_number(part: Any) -> bool:
+    is_node = isinstance(part, ast.AST)
+    return is_node and any(getattr(one, "id", "") == _NUMBER for one in ast.walk(part))
+
+
+def _name(part: ast.AST, text: str) -> str:
+    """Return a part as text; of a long one, the name in it that is rarest in the file."""
+    shown = _source(part, text)
+    if len(shown) <= _SHORT and isinstance(part, (ast.Name, ast.Attribute, ast.Constant)):
+        return f"`{shown}`"
+    names = [one for one in ast.walk(part) if isinstance(one, (ast.Name, ast.Attribute))]
+    texts = [_source(one, text) for one in names]
+    if not texts:
+        return f"`{shown[:_SHORT]}`"
+    return f"the part with `{min(texts, key=text.count)}`"
+
+
+@lru_cache(maxsize=1)
+def _lines(text: str) -> list:
+    return text.split("\n")
+
+
+def _source(part: Any, text: str) -> str:
+    """Return the text of a part, of a long one the text of its first line."""
+    first = _lines(text)[part.lineno - 1]
+    return first[part.col_offset : part.end_col_offset if part.lineno == part.end_lineno else None]
+
+
+def _meaning(number: float) -> str | None:
+    """Return the sentence about a factor that has one."""
+    known = _tables()["numbers"]
+    return next((text for value, text in known if math.isclose(number, value, abs_tol=1e-6)), None)
+
+
+def _filled(said: list, number: float | None) -> str:
+    """Return the sentence of a change."""
+    text, names = said
+    if number is not None and not text:
+        text = _meaning(number) or _tables()["number"]
+    found = text.format(**names, c="" if number is None else f"{number:.4g}")
+    return found[:1].upper() + found[1:]
