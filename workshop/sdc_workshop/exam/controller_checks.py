@@ -79,7 +79,10 @@ class BasicControlCheck(NodeCheck):
             return listed(key, wanted=_text(basic), got=_text(got), field=wrong[0])
         stamp = command.header.stamp
         if stamp in stamps:
-            return delay_problem(node.delays_s(send, received.messages), "1.5")
+            delays_s = node.delays_s(send, received.messages)
+            if len(answers()) > len(stamps):
+                return listed("answered_twice", got=len(answers()), wanted=len(stamps))
+            return delay_problem(delays_s, "1.5")
         is_now = abs((stamp - stamps[-1] - late).to_sec()) < late.to_sec() / 2
         return listed(
             "stamp",
