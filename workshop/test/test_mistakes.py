@@ -41,6 +41,30 @@ def test_mistakes_are_explained_and_unusual_code_passes(part, workspace, record_
     judge(workspace, record_property, str(part), str(PARTS))
 
 
+def changed_steps(since):
+    """Return the steps whose solution, or whose rows of mistakes, differ from those of a commit."""
+    command = ["git", "-C", str(PROJECT), "diff", "--unified=0", since, "--"]
+    folders = ["workshop/test", "catkin_ws/src"]
+    lines = subprocess.check_output([*command, *folders], text=True).splitlines()
+    files = {line[6:] for line in lines if line.startswith("+++ b/")}
+    rows = {line[10:].split(",")[0] for line in lines if line.startswith("+- {step: ")}
+    # A lab is in a folder of its own.
+    solutions = {file.replace("/labs/", "/") for file in files}
+    return sorted(
+        step.id
+        for step in all_steps()
+        if step.id in rows or f"catkin_ws/src/{step.file}" in solutions
+    )
+
+
+@pytest.mark.skipif("CHANGED_SINCE" not in os.environ, reason=".ci/run sets it")
+@pytest.mark.slow(40)
+def test_mistakes_of_changed_steps(workspace, record_property):
+    steps = changed_steps(os.environ["CHANGED_SINCE"])
+    if steps:
+        judge(workspace, record_property, "0", "1", *steps)
+
+
 @pytest.mark.slow(40)
 def test_no_drive_of_a_lab_believes_the_process_of_the_student(workspace, record_property):
     judge(workspace, record_property, "0", "1", "the referee is patched", "the score is patched")
