@@ -20,7 +20,7 @@ from sdc_workshop import progress
 from sdc_workshop.exam.answer import PASSED
 from sdc_workshop.grading.handed_in import names, submissions
 from sdc_workshop.steps import load_steps
-from sdc_workshop.workspace import package_of
+from sdc_workshop.workspace import PAGE_STYLE, package_of
 
 # A student who was away for longer was not at a step all the time.
 _LONGEST_MIN = 60.0
@@ -130,7 +130,9 @@ def write_page(options: SimpleNamespace, now_s: float) -> int:
         )
     slow = sorted((row["minutes"] for row in steps if row["minutes"]), reverse=True)[:5]
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent), autoescape=True, trim_blocks=True
+        loader=jinja2.FileSystemLoader([Path(__file__).parent, PAGE_STYLE]),
+        autoescape=True,
+        trim_blocks=True,
     )
     page = environment.get_template("classroom.html.j2").render(
         rows=sorted(rows, key=lambda row: (len(row["done"]), row["name"])),

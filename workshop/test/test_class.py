@@ -3,6 +3,9 @@
 import json
 import re
 
+import pytest
+
+from sdc_testing.chromium import check_page, headless_chromium
 from sdc_workshop import progress
 from sdc_workshop.classroom import main, minutes
 from sdc_workshop.exam.answer import PASSED, WRONG, Answer
@@ -27,6 +30,7 @@ def rows(tmp_path, *options):
     return [" ".join(re.sub(r"<[^>]*>", " ", row).split()) for row in found]
 
 
+@pytest.mark.slow(6)
 def test_page_shows_who_is_where_and_keeps_pseudonyms(tmp_path, capsys):
     keep(tmp_path / "home", "ada", 3)
     keep(tmp_path / "home", "ben", 5)
@@ -42,6 +46,8 @@ def test_page_shows_who_is_where_and_keeps_pseudonyms(tmp_path, capsys):
     ]
     assert not re.search("aaron|abe|ada|ben", (tmp_path / "class.html").read_text())
     assert (tmp_path / "class.pseudonyms.json").stat().st_mode & 0o077 == 0
+    with headless_chromium() as browser:
+        check_page(browser, (tmp_path / "class.html").as_uri())
 
 
 def test_page_shows_the_best_cars_under_pseudonyms(tmp_path):

@@ -12,6 +12,7 @@ PAGES = sorted(WORKSHOP.glob("*.md"))
 GENERATED = {
     ".git",
     ".venv",
+    ".axe",
     ".browser",
     ".site",
     "build",

@@ -19,6 +19,7 @@ import pytest
 from sdc_common.processes import matching
 from sdc_experiments.closed_loop import drive_result
 from sdc_sim.report.writer import write_report
+from sdc_testing.chromium import check_page, headless_chromium
 from sdc_workshop.exam import sandbox
 from sdc_workshop.exam.answer import Answer, encodable
 from sdc_workshop.grading import grade as command
@@ -275,6 +276,7 @@ def test_only_steps_that_passed_count_as_done(tmp_path):
     }
 
 
+@pytest.mark.slow(8)
 def test_equal_results_share_a_rank_and_page_and_table_have_the_same_texts(tmp_path):
     def graded(name, answered, **report):
         texts = dict.fromkeys(("seen", "hint"), "")
@@ -306,6 +308,9 @@ def test_equal_results_share_a_rank_and_page_and_table_have_the_same_texts(tmp_p
         own = (tmp_path / found.grade.name / "page.html").read_text(encoding="utf-8")
         assert f"{row['mark']} points" in own
         assert ("&lt;a &amp; b&gt;" in own) == (row["step hello"] == "wrong")
+    with headless_chromium() as browser:
+        for name in ("grades.html", "quick/page.html", "lost/page.html"):
+            check_page(browser, (tmp_path / name).as_uri())
 
 
 def test_strange_results_of_one_student_are_one_row_and_the_rest_goes_on(tmp_path, monkeypatch):

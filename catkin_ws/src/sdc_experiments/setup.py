@@ -5,6 +5,6 @@ setup(
     **generate_distutils_setup(
         packages=find_packages("src"),
         package_dir={"": "src"},
-        package_data={"": ["templates/*.jinja", "templates/*.css", "championship/*.json"]},
+        package_data={"": ["templates/*.jinja", "championship/*.json"]},
     )
 )

@@ -5,6 +5,6 @@ setup(
     **generate_distutils_setup(
         packages=find_packages("src"),
         package_dir={"": "src"},
-        package_data={"sdc_sim.report": ["templates/*.jinja"]},
+        package_data={"sdc_sim.report": ["templates/*"]},
     )
 )

@@ -14,6 +14,7 @@ from sdc_workshop.grading.grading import Grade
 from sdc_workshop.grading.record import printable, write_table
 from sdc_workshop.grading.rubric import Mark, mark
 from sdc_workshop.steps import WORKSHOP, Step, hint_of, load_steps
+from sdc_workshop.workspace import PAGE_STYLE
 
 _OFF_ROUTE = "off_route"
 # Pairs of students on the page: at most as many, and at least with this share of equal tokens.
@@ -110,7 +111,7 @@ def write_pages(output: Path, rows: list, pairs: list, lab: str = WORKSHOP) -> N
         lab: the lab, or WORKSHOP
     """
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        loader=jinja2.FileSystemLoader([Path(__file__).parent, PAGE_STYLE]),
         autoescape=lambda name: name is None or ".json" not in name,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,

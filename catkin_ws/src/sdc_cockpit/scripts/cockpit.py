@@ -40,6 +40,7 @@ from sdc_common.ros.node import LoopPublisher, parameter, refuse, spin_with
 from sdc_common.ros.refusal import refusing
 from sdc_common.validation import check_between, check_positive
 from sdc_sim.manual_control.keyboard import KeyboardControlRates
+from sdc_sim.road.road_markings import SPEED_COLOURS
 from sdc_sim.scenario.packaged import folder_of
 
 CAMERA = EGO + "/camera/rgb/front/image_color"
@@ -183,7 +184,8 @@ class Cockpit:
         if len(self.viewers) == 1:
             self.log.take_new()  # The page gets all lines below.
         fields = {"scenario": {"enum": self.scenarios}, **form_fields()}
-        values = {"viewer": viewer.number, "full_speed": self.full_speed_mps, "fields": fields}
+        scale = {"full_speed": self.full_speed_mps, "speed_colours": SPEED_COLOURS}
+        values = {"viewer": viewer.number, "fields": fields, **scale}
         viewer.send(protocol.json_message("hello", log=self.log.all(), **values))
         self.executor.submit(self.send_drives)
         self.next_nodes_s = self.next_state_s = 0.0

@@ -11,7 +11,14 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
 from sdc_cockpit.drive_arguments import form_fields
-from sdc_testing.chromium import LIMIT_S, headless_chromium, resize, value_of, wait_for
+from sdc_testing.chromium import (
+    LIMIT_S,
+    check_page,
+    headless_chromium,
+    resize,
+    value_of,
+    wait_for,
+)
 
 pytestmark = pytest.mark.slow(40)
 
@@ -144,6 +151,7 @@ def test_page_shows_moving_pictures_and_drives_and_a_click_stops_the_car(start, 
             assert value_of(browser, "document.documentElement.scrollWidth") <= width
             assert value_of(browser, CUT_NAMES) == []
             assert ("Keys" in buttons(browser)) is not touch
+        check_page(browser, address)
 
 
 @pytest.mark.nightly

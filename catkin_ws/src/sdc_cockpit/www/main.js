@@ -19,7 +19,7 @@ const picture = new Picture(connection, $("picture"), $("no-picture"));
 const controls = new Controls(connection, $("pads"));
 const drives = new Drives(connection, notice);
 new Parameters(connection);
-let state = null, viewer = null, fullSpeed = 10, scene = null, plots = null, road = 0, maskShown = false, noticeTimer = 0;
+let state = null, viewer = null, speedScale = null, scene = null, plots = null, road = 0, maskShown = false, noticeTimer = 0;
 window.cockpit = { picture, get state() { return state; }, get driving() { return controls.driving; }, get held() { return controls.held; }, get scene() { return scene !== null; } };
 
 function notice(text, level = "info") {
@@ -49,7 +49,7 @@ async function loadLibraries() {
   try {
     const { Scene } = await import("./scene.js");
     scene = new Scene($("scene"));
-    scene.setFullSpeed(fullSpeed);
+    scene.setSpeedScale(...speedScale);
     $("no-scene").hidden = true;
   } catch (error) {
     console.warn("no 3D view:", error);
@@ -140,7 +140,7 @@ addEventListener("keydown", (event) => {
 
 connection.addEventListener("hello", ({ detail }) => {
   viewer = detail.viewer;
-  fullSpeed = detail.full_speed;
+  speedScale = [detail.full_speed, detail.speed_colours];
   clearLog();
   addLog(detail.log);
   if (maskShown) connection.send("show", { mask: true });

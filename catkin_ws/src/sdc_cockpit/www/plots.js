@@ -4,14 +4,24 @@ import "../lib/chart.js";
 
 const WINDOW_S = 30;
 const REDRAW_MS = 200;
-const PLAN = "#f2b53c";
+// Colours of page.css.
+const [PLAN, SPEED, ERROR, TEXT, LINE] = ["warn", "accent", "good", "soft", "line"].map(pageColour);
+
+function pageColour(name) {
+  const probe = document.createElement("i");
+  probe.style.color = `var(--${name})`;
+  document.body.append(probe);
+  const colour = getComputedStyle(probe).color;
+  probe.remove();
+  return colour;
+}
 
 function plot(canvas, colours, range) {
   const datasets = colours.map((colour) => ({
     data: [], borderColor: colour, borderWidth: 1.8, borderDash: colour === PLAN ? [6, 5] : [], pointRadius: 0, showLine: true, tension: 0,
   }));
-  const tick = { color: "#94a1b2", font: { size: 11 }, maxTicksLimit: 6, maxRotation: 0 };
-  const grid = { color: "#2d3642", borderColor: "#2d3642" };
+  const tick = { color: TEXT, font: { size: 11 }, maxTicksLimit: 6, maxRotation: 0 };
+  const grid = { color: LINE, borderColor: LINE };
   return new Chart(canvas, {
     type: "line",
     data: { datasets },
@@ -30,8 +40,8 @@ export class Plots {
   #speed; #error; #next; #old = 0; #last = -Infinity;
 
   constructor(speedCanvas, errorCanvas) {
-    this.#speed = plot(speedCanvas, [PLAN, "#4ea1ff"], { suggestedMin: 0, suggestedMax: 12 });
-    this.#error = plot(errorCanvas, ["#35c37d"], { suggestedMin: -0.2, suggestedMax: 0.2 });
+    this.#speed = plot(speedCanvas, [PLAN, SPEED], { suggestedMin: 0, suggestedMax: 12 });
+    this.#error = plot(errorCanvas, [ERROR], { suggestedMin: -0.2, suggestedMax: 0.2 });
     this.#next = this.#speed;
     setInterval(() => this.#old > 0 && this.#draw(), REDRAW_MS);
   }

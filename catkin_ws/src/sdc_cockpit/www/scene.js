@@ -62,7 +62,7 @@ export class Scene {
   view = "chase";
   #renderer; #scene = new THREE.Scene(); #camera = new THREE.PerspectiveCamera(60, 4 / 3, 0.3, 700);
   #car = car(0x2f74c0); #road = new THREE.Group(); #things = new THREE.Group(); #lights = new THREE.Group();
-  #ground; #path; #points; #fixes; #state = null; #shown = null; #notBefore = 0; #fullSpeed = 10; #canvas; #yaw = null;
+  #ground; #path; #points; #fixes; #state = null; #shown = null; #notBefore = 0; #fullSpeed; #speedColours; #canvas; #yaw = null;
   #thingsKey = ""; #lightsKey = "";
 
   // Throws an error where the browser has no WebGL.
@@ -89,8 +89,10 @@ export class Scene {
     requestAnimationFrame(() => this.#frame());
   }
 
-  setFullSpeed(speed) {
-    this.#fullSpeed = speed;
+  // The colours, red, green and blue in 0..1, are those of standstill, half and full speed.
+  setSpeedScale(fullSpeed, colours) {
+    this.#fullSpeed = fullSpeed;
+    this.#speedColours = colours.map((rgb) => new THREE.Color(...rgb));
   }
 
   setView(view) {
@@ -196,8 +198,8 @@ export class Scene {
       const length = Math.hypot(nx - px, ny - py) || 1;
       const [lx, ly] = [(-(ny - py) / length) * 0.5 * PATH_WIDTH, ((nx - px) / length) * 0.5 * PATH_WIDTH];
       positions.set([x + lx, y + ly, 0.08, x - lx, y - ly, 0.08], 6 * i);
-      // Red at a stop, yellow at half speed, green at full speed.
-      colour.setHSL((0.36 * Math.min(Math.max(speed / this.#fullSpeed, 0), 1)), 0.9, 0.5);
+      const place = 2 * Math.min(Math.max(speed / this.#fullSpeed, 0), 1), first = Math.min(Math.floor(place), 1);
+      colour.copy(this.#speedColours[first]).lerp(this.#speedColours[first + 1], place - first);
       colours.set([colour.r, colour.g, colour.b, colour.r, colour.g, colour.b], 6 * i);
       if (i) index.push(2 * i - 2, 2 * i - 1, 2 * i, 2 * i, 2 * i - 1, 2 * i + 1);
     });

@@ -21,6 +21,7 @@ from sdc_experiments.championship import __main__ as championship
 from sdc_experiments.championship import rounds
 from sdc_experiments.championship.driver_process import DriverServer
 from sdc_experiments.sandbox import SandboxError
+from sdc_testing.chromium import check_page, headless_chromium
 
 pytestmark = pytest.mark.slow(60)
 ROUND = ["championship", "round"]
@@ -177,15 +178,10 @@ def test_killed_round_resumes(held, run, tmp_path):
 
 
 def test_site_in_a_browser(held, run):
-    webdriver = pytest.importorskip("selenium.webdriver")
     folder, _ = held
     if "secret" not in json.loads((folder / "round.json").read_text()):
         run(folder)
-    options = webdriver.ChromeOptions()
-    for word in ("--headless", "--no-sandbox", "--disable-gpu", "--window-size=1400,1000"):
-        options.add_argument(word)
-    browser = webdriver.Chrome(options=options)
-    try:
+    with headless_chromium(1400, 1000) as browser:
         browser.get((folder / "site/index.html").as_uri())
         rows = browser.find_elements("css selector", "table tr")
         assert [row.text.split()[1] for row in rows[1:3]] == ["ada", "bob"]
@@ -202,8 +198,9 @@ def test_site_in_a_browser(held, run):
         )
         assert browser.find_element("css selector", "body").text != before
         assert not [one for one in browser.get_log("browser") if one["level"] == "SEVERE"]
-    finally:
-        browser.quit()
+        browser.switch_to.default_content()
+        for name in ("index", "ada"):
+            check_page(browser, (folder / f"site/{name}.html").as_uri())
 
 
 def test_workflow_of_the_documentation_calls_commands_that_exist():

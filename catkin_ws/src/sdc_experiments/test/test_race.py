@@ -8,7 +8,7 @@ import pytest
 from sdc_experiments.championship import race
 from sdc_experiments.championship.__main__ import main
 from sdc_experiments.championship.driver_process import DriverServer
-from sdc_testing.chromium import headless_chromium, value_of
+from sdc_testing.chromium import check_page, headless_chromium, value_of
 
 pytestmark = pytest.mark.slow(30)
 
@@ -87,6 +87,7 @@ def test_page_shows_all_cars_at_any_time(tmp_path, monkeypatch, capsys):
         assert float(clock.split()[0]) == pytest.approx(rows[0]["duration_s"], abs=0.11)
         assert value_of(browser, "document.getElementById('now1').textContent") == "-"
         assert browser.get_log("browser") == []
+        check_page(browser, page.as_uri())
 
 
 @pytest.mark.parametrize(

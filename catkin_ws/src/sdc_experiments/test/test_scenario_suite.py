@@ -16,6 +16,7 @@ from sdc_experiments.commands import parse
 from sdc_experiments.scenarios import NAIVE, OWN, main, picture_of, row_of, run, summary
 from sdc_map.map_file import map_file
 from sdc_sim.scenario.street_scenarios import types
+from sdc_testing.chromium import check_page, headless_chromium
 from sdc_testing.street_maps import needs_maps
 
 ROOT = Path(__file__).resolve().parents[4]
@@ -57,6 +58,8 @@ def test_types_are_driven_scored_and_shown(driven):
         about = escape(types()[name]["about"]).replace("&#x27;", "&#39;")
         assert f"plan of {name}" in text and about in text
     assert text.count("<iframe") == 2 and text.count("slider-data") >= 2
+    with headless_chromium() as browser:
+        check_page(browser, page.as_uri())
 
 
 @needs_maps

@@ -16,6 +16,7 @@ from sdc_experiments.sweep.page import write_page
 from sdc_experiments.sweep.results import Results, ResultsError, table, write_csv
 from sdc_experiments.sweep.statistics import combinations, estimate
 from sdc_experiments.sweep.study import Study, load_study
+from sdc_testing.chromium import check_page, headless_chromium
 
 PACKAGE = Path(__file__).resolve().parents[1]
 CONTROLLER = PACKAGE.parent / "sdc_package" / "config" / "simple_controller.yaml"
@@ -111,7 +112,7 @@ def test_heat_map_has_a_panel_for_each_value_of_the_third_factor():
     assert heat_maps(found[:2], "cross_track_rms_m") is None, "only one factor varies"
 
 
-@pytest.mark.slow(2)
+@pytest.mark.slow(6)
 def test_page_needs_no_other_file_and_shows_failures(tmp_path):
     study = Study(
         "gain.yaml", "About <b>", "in_process", ("town",), {}, {"x/k": (1.0, 2.0), "v": (3.0, 4.0)},
@@ -132,6 +133,8 @@ def test_page_needs_no_other_file_and_shows_failures(tmp_path):
         assert part in page
     assert 'src="http' not in page
     assert (tmp_path / "heat_map_cross_track_rms_m.png").stat().st_size > 5000
+    with headless_chromium() as browser:
+        check_page(browser, (tmp_path / "study.html").as_uri())
 
 
 @pytest.mark.slow(4)

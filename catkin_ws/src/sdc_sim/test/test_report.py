@@ -1,5 +1,6 @@
 import json
 import os
+import time
 
 import pytest
 from referee_rules import TICK_NS, with_route
@@ -61,3 +62,23 @@ def test_page_is_complete_or_absent(tmp_path, result, extension):
     with pytest.raises(ReportError, match=f"report{extension}.part.*the pages are not"):
         write_pages(str(tmp_path / "report.json"), result)
     assert not (tmp_path / f"report{extension}").exists()
+
+
+@pytest.mark.parametrize(
+    ("sim", "way"),
+    [
+        (
+            {"street_scenario": "", "obstacles_path": "/a/crossing.yaml", "map_path": "b"},
+            "crossing",
+        ),
+        ({"obstacles_path": "", "map_path": "", "waypoints_path": "/a/oval.csv"}, "oval"),
+    ],
+)
+def test_title_names_what_was_driven_how_and_when(tmp_path, result, sim, way):
+    parameters = {"sim": sim, "simple_controller": {"steering_method": "lqr"}}
+    (tmp_path / "report.parameters.json").write_text(json.dumps(parameters))
+    os.utime(tmp_path / "report.parameters.json", (0, 0))
+    write_pages(str(tmp_path / "report.json"), result)
+    page = (tmp_path / "report.html").read_text()
+    date = time.strftime("%Y-%m-%d %H:%M", time.localtime(0))
+    assert f"<title>{way}, lqr, {date}: completed</title>" in page

@@ -14,7 +14,7 @@ from selenium.webdriver.common.keys import Keys
 from sdc_common.planning.stop_line import GREEN, RED
 from sdc_sim.evaluation.drive_evaluation import OBSTACLES, PATH, PICTURE
 from sdc_sim.report.html_page import slider_data, write_html
-from sdc_testing.chromium import headless_chromium, resize
+from sdc_testing.chromium import check_page, headless_chromium, resize
 
 
 def jpeg(level):
@@ -125,6 +125,7 @@ def test_person_scrubs_to_a_tick_and_sees_the_reason(browser, tmp_path):
         assert colour_at_the_car(browser) == [25, 60, 120]
         assert browser.execute_script("return document.documentElement.scrollWidth") <= width
     assert browser.get_log("browser") == []
+    check_page(browser, page.as_uri())
 
 
 def colour_at_the_car(browser):

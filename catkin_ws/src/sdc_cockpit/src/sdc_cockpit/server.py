@@ -17,6 +17,7 @@ import tornado.websocket
 from sdc_cockpit.access import Access
 from sdc_cockpit.protocol import MAX_MESSAGE_BYTES, json_message, read_message
 from sdc_cockpit.viewers import Viewer
+from sdc_sim.report import TEMPLATES
 
 PORTS_TO_TRY = 50
 # The port of /cockpit/ in JupyterLab, which ./workshop/browser starts.
@@ -203,6 +204,7 @@ def application(backend: Any, access: Access, www: Path) -> tornado.web.Applicat
             ("/drives/([^/]+)/([^/]+)", _DriveFile, used),
             ("/api/compare", _Comparison, used),
             ("/api/road", _Road, used),
+            ("/static/(page.css)", _File, {**used, "path": str(TEMPLATES)}),
             ("/static/(.*)", _File, {**used, "path": str(www)}),
             (f"/lib/({'|'.join(_LIBRARIES)})", _Library, {**used, "path": str(_LIBRARY_FOLDER)}),
         ],

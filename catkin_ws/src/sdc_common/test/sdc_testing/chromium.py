@@ -6,8 +6,10 @@ import contextlib
 import shutil
 import tempfile
 import time
+from pathlib import Path
 from typing import Any, Callable, Iterator
 
+import pytest
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 
@@ -82,3 +84,28 @@ def wait_for(
         if time.monotonic() > limit_s:
             raise TimeoutError(f"{expression} is {value!r} after {LIMIT_S:g} s")
         time.sleep(0.1)
+
+
+_AXE = Path(__file__).resolve().parents[5] / ".axe" / "node_modules" / "axe-core" / "axe.min.js"
+_AXE_FAULTS = """const [done] = arguments;
+axe.run({iframes: false, resultTypes: ["violations"]}).then(({violations}) => done(violations
+  .filter(({impact}) => ["serious", "critical"].includes(impact))
+  .map(({id, nodes}) => `${id}: ${nodes[0].html.slice(0, 200)} ${nodes[0].failureSummary}`)));"""
+
+
+def check_page(browser: webdriver.Chrome, address: str) -> None:
+    """Assert that a phone shows a page in its width, and that axe finds no serious fault in it.
+
+    Without axe-core, the test is skipped after the first of both.
+    """
+    browser.get(address)
+    resize(browser, 390, 844, touch=True)
+    assert value_of(browser, "document.documentElement.scrollWidth") <= 390, address
+    if not _AXE.exists():
+        pytest.skip("docker/prepare axe has not been run")
+    browser.execute_script(_AXE.read_text(encoding="utf-8"))
+    for scheme, width in (("light", 390), ("dark", 1440)):
+        resize(browser, width, 900)
+        features = [{"name": "prefers-color-scheme", "value": scheme}]
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+        assert browser.execute_async_script(_AXE_FAULTS) == [], (address, scheme)

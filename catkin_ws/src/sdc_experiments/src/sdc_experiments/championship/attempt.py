@@ -29,6 +29,7 @@ from sdc_experiments.championship.stack import drive_stack
 from sdc_experiments.sweep.dask_engine import DaskEngine, cores
 from sdc_experiments.sweep.progress import SweepProgress
 from sdc_experiments.sweep.statistics import estimate
+from sdc_sim.report import TEMPLATES
 
 # Scores of the baselines by league, name and public seed.
 STORED = Path(__file__).with_name("baselines.json")
@@ -168,7 +169,7 @@ def page_of(server: DriverServer, league: str, row: Mapping[str, Any]) -> str:
 
 def write_page(page: Path, template: str = "championship.html.jinja", **shown: Any) -> None:
     """Write a page from a template of this package."""
-    loader = FileSystemLoader(Path(__file__).parents[1] / "templates")
+    loader = FileSystemLoader([Path(__file__).parents[1] / "templates", TEMPLATES])
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
     shown.update(leagues=LEAGUES, titles=BASELINES, names=TABLE["parts"])
     page.write_text(environment.get_template(template).render(shown), encoding="utf-8")

@@ -13,6 +13,7 @@ from sdc_experiments.sweep.heat_maps import draw, heat_maps, scenario_name, shor
 from sdc_experiments.sweep.settings import text
 from sdc_experiments.sweep.statistics import CONFIDENCE, MeanEstimate, combinations
 from sdc_experiments.sweep.study import Study
+from sdc_sim.report import TEMPLATES
 
 _LOG_LINES = 15
 
@@ -41,7 +42,7 @@ def write_page(folder: Path, study: Study, rows: Sequence[Mapping], missing: int
         return "\n".join(lines[-_LOG_LINES:])
 
     environment = Environment(
-        loader=FileSystemLoader(Path(__file__).with_name("templates")),
+        loader=FileSystemLoader([Path(__file__).with_name("templates"), TEMPLATES]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

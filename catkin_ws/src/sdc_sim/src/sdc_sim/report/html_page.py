@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-import os
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,9 @@ from sdc_sim.evaluation.drive_evaluation import (
     DriveEvaluation,
 )
 from sdc_sim.evaluation.route_progress import COMPLETED, DriveEvent
+from sdc_sim.report import TEMPLATES
 from sdc_sim.report.plots import EVENT_NAMES, SPEED_REASONS, headline, svg_map, svg_panels
+from sdc_sim.road.road_markings import SPEED_COLOURS
 from sdc_sim.yaml_document import packaged_config
 
 # The meaning of each metric, in the order of the table.
@@ -32,16 +33,21 @@ _MAX_ROUTE_POINTS = 10_000
 _MAX_PICTURE_CHARACTERS = 6_000_000
 
 
-def write_html(path: str, result: DriveEvaluation) -> None:
-    """Write the page of a drive."""
+def write_html(path: str, result: DriveEvaluation, title: str = "") -> None:
+    """Write the page of a drive, see html_of."""
     with open(path, "w", encoding="utf-8") as file:
-        file.write(html_of(result))
+        file.write(html_of(result, title))
 
 
-def html_of(result: DriveEvaluation) -> str:
-    """Return the page of an evaluated drive."""
+def html_of(result: DriveEvaluation, title: str = "") -> str:
+    """Return the page of an evaluated drive.
+
+    Args:
+        result: the drive
+        title: what was driven, see title_of; "" if that is not known
+    """
     environment = Environment(
-        loader=FileSystemLoader(os.path.join(os.path.dirname(__file__), "templates")),
+        loader=FileSystemLoader(TEMPLATES),
         autoescape=True,
         undefined=StrictUndefined,
         keep_trailing_newline=True,
@@ -49,6 +55,7 @@ def html_of(result: DriveEvaluation) -> str:
     metrics = result.metrics
     names = [*MEANINGS, *(name for name in metrics if name not in MEANINGS)]
     return environment.get_template("report.html.jinja").render(
+        title=title or "Drive",
         status=metrics["status"].replace("_", " "),
         metrics=metrics,
         refused_commands=result.refused_commands,
@@ -130,6 +137,7 @@ def slider_data(result: DriveEvaluation) -> str:
         "obstacles": entries(OBSTACLES, _rounded),
         "lights": entries(LIGHTS, lambda states: states),
         "lines": {number: _rounded([line[:3]])[0] for number, line in result.stop_lines.items()},
+        "speed_colours": SPEED_COLOURS,
         "pictures": [[round(taken_s - start_s, 3), jpeg] for taken_s, jpeg in pictures],
     }
     return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")

@@ -31,6 +31,19 @@ DRIVEN, PLANNED, LIMIT, ROAD = "#1f5fa8", "#f5c26b", "#9aa0a6", "#dfe3e8"
 _PAGE = packaged_config("report_page")
 EVENT_NAMES: dict[str, str] = _PAGE["event_names"]
 SPEED_REASONS: dict[str, str] = _PAGE["speed_reasons"]
+# The colours of a drawing on the page, which is light or dark: names in page.css.
+_PAGE_COLOURS = {
+    BLACK: "text",
+    GREY: "soft",
+    DRIVEN: "accent",
+    GREEN: "good",
+    RED: "bad",
+    ROAD: "line",
+    "#ffffff": "page",
+}
+# A drawing on the page is as wide as a phone shows it readably, or half of a screen.
+_SVG_WIDTH_IN = 6.0
+_SVG_FONT_PT = 11.0
 # More points are not visible and make the page large.
 _MAX_POINTS = 4000
 _MAX_COLOURED_PIECES = 1200
@@ -264,10 +277,9 @@ def write_png(path: str, result: DriveEvaluation) -> None:
 def svg_map(result: DriveEvaluation) -> str:
     """Return the map as SVG."""
     span = np.ptp(result.progress.route.points, axis=0) + 20.0
-    width = 15.0
-    height = 2.0 + min(max(0.92 * width * span[1] / span[0], 2.5), 9.0)
-    figure = new_figure(width, height, 14.0)
-    axes = figure.add_axes((0.07, 0.75 / height, 0.905, 1.0 - 1.5 / height))
+    height = 1.6 + min(max(0.9 * _SVG_WIDTH_IN * span[1] / span[0], 2.5), _SVG_WIDTH_IN)
+    figure = new_figure(_SVG_WIDTH_IN, height, _SVG_FONT_PT)
+    axes = figure.add_axes((0.11, 0.6 / height, 0.865, 1.0 - 1.3 / height))
     draw_map(_map_axes(axes), result)
     return _svg(figure, "map")
 
@@ -275,9 +287,9 @@ def svg_map(result: DriveEvaluation) -> str:
 def svg_panels(result: DriveEvaluation) -> str:
     """Return all panels over the distance as SVG."""
     shown = _shown_panels(result)
-    height = 1.2 + 2.2 * sum(height for height, _ in shown.values())
-    figure = new_figure(15.0, height, 14.0)
-    margins = {"left": 0.06, "right": 0.99, "top": 1.0 - 0.4 / height, "bottom": 0.8 / height}
+    height = 1.0 + 1.4 * sum(height for height, _ in shown.values())
+    figure = new_figure(_SVG_WIDTH_IN, height, _SVG_FONT_PT)
+    margins = {"left": 0.11, "right": 0.97, "top": 1.0 - 0.4 / height, "bottom": 0.6 / height}
     _draw_panels(_panel_axes(figure.add_gridspec(1, 1, **margins)[0], shown), result)
     return _svg(figure, "panels")
 
@@ -287,6 +299,8 @@ def _svg(figure: Figure, name: str) -> str:
     # Without a date, the same drive gives the same file.
     figure.savefig(file, format="svg", metadata={"Date": None}, transparent=True)
     text = file.getvalue()
+    for colour, name_on_page in _PAGE_COLOURS.items():
+        text = text.replace(colour, f"var(--{name_on_page})")
     # Matplotlib uses the same ids in every drawing; on one page they must differ.
     for mark in ('id="', 'href="#', "url(#"):
         text = text.replace(mark, f"{mark}{name}-")

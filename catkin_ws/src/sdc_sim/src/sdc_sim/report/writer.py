@@ -7,6 +7,7 @@ import csv
 import json
 import math
 import os
+import time
 from collections.abc import Callable, Iterator
 
 from sdc_sim.evaluation.drive_evaluation import COLUMNS, DriveEvaluation
@@ -16,6 +17,8 @@ from sdc_sim.evaluation.event_file import EventFile, read_events
 EVENTS = ".events.jsonl"
 PARAMETERS = ".parameters.json"
 _PAGES = (".png", ".html")
+# Parameters of the world that name what is driven; the first one that is not empty does.
+_WAYS = ("street_scenario", "obstacles_path", "map_path", "waypoints_path")
 
 
 class ReportError(OSError):
@@ -129,6 +132,25 @@ def write_pages(report_path: str, result: DriveEvaluation) -> None:
     from sdc_sim.report.plots import write_png
 
     with _failing_with(report_path, "the metrics are written, the pages are not"):
-        for extension, write in ((".png", write_png), (".html", write_html)):
-            with _complete(companion(report_path, extension)) as path:
-                write(path, result)
+        with _complete(companion(report_path, ".png")) as path:
+            write_png(path, result)
+        with _complete(companion(report_path, ".html")) as path:
+            write_html(path, result, title_of(report_path))
+
+
+def title_of(report_path: str) -> str:
+    """Return the scenario, the map or the route of a drive, its steering method and its date.
+
+    They are those of the parameters that the referee wrote; "" for a drive without ROS.
+    """
+    path = companion(report_path, PARAMETERS)
+    try:
+        with open(path, encoding="utf-8") as file:
+            parameters = json.load(file)
+        date = time.strftime("%Y-%m-%d %H:%M", time.localtime(os.path.getmtime(path)))
+    except (OSError, ValueError):
+        return ""
+    sim, car = (parameters.get(name) or {} for name in ("sim", "simple_controller"))
+    ways = (sim.get(name) for name in _WAYS)
+    way = next((os.path.splitext(os.path.basename(way))[0] for way in ways if way), "")
+    return ", ".join(filter(None, (way, car.get("steering_method"), date)))

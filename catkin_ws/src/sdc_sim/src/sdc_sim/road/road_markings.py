@@ -12,7 +12,7 @@ from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, MARGIN_M, Road
 _EDGE_STEP_M = 1.0
 _SURFACE_TOLERANCE_M = 0.02
 # Red, green and blue at a stop, at half speed and at full speed.
-_SPEED_COLOURS = ((0.9, 0.1, 0.1), (1.0, 0.8, 0.1), (0.1, 0.8, 0.2))
+SPEED_COLOURS = ((0.9, 0.1, 0.1), (1.0, 0.8, 0.1), (0.1, 0.8, 0.2))
 
 
 @dataclass(frozen=True)
@@ -107,4 +107,4 @@ def speed_colours(speeds_mps: Sequence[float] | np.ndarray, full_speed_mps: floa
         (N, 3) red, green and blue in 0..1
     """
     share = np.asarray(speeds_mps, dtype=float) / full_speed_mps
-    return np.stack([np.interp(share, (0.0, 0.5, 1.0), one) for one in zip(*_SPEED_COLOURS)], -1)
+    return np.stack([np.interp(share, (0.0, 0.5, 1.0), one) for one in zip(*SPEED_COLOURS)], -1)

@@ -14,7 +14,18 @@ const OTHER = ["#16a085", "#af7ac5", "#a04000", "#2c3e50"];
 const LIGHTS = ["#d1341f", "#e0a800", "#2e8b57"];
 const CAR_M = [4.7, 2.0], LANE_M = 3.5, VIEW_M = 62;
 const OBSTACLE_STEP_S = 0.5;
-const colourOf = (number) => number < 0 ? "#dfe3e8" : COLOURS[data.reasons[number][0]] || OTHER[number % OTHER.length];
+// A colour of page.css, which depends on whether the page is light or dark.
+function pageColour(name) {
+  scene.style.color = `var(--${name})`;
+  return getComputedStyle(scene).color;
+}
+// The colour of a share of the full speed, as speed_colours of road_markings.py.
+function speedColour(share) {
+  const place = 2 * Math.min(Math.max(share, 0), 1), first = Math.min(Math.floor(place), 1);
+  const [from, to] = data.speed_colours.slice(first, first + 2);
+  return `rgb(${from.map((value, i) => 255 * (value + (place - first) * (to[i] - value)))})`;
+}
+const colourOf = (number) => number < 0 ? "#9aa0a6" : COLOURS[data.reasons[number][0]] || OTHER[number % OTHER.length];
 const maxSpeed = Math.max(1, ...data.paths.flatMap(([, rows]) => rows.map((row) => row[2])).slice(0, 100000));
 
 // The index of the last entry [time, ...] that is not later; -1 if there is none.
@@ -88,12 +99,11 @@ function drawScene(tick) {
     if (near(point)) piece.push(point);
     else if (piece.length) pieces.push(piece = []);
   }
-  for (const part of pieces) polyline(pen, part, "#d5d9de", LANE_M);
+  for (const part of pieces) polyline(pen, part, pageColour("road"), LANE_M);
   for (const part of pieces) polyline(pen, part, "#fff", 0.15, [1, 1.5]);
   const path = latest(data.paths, time) || [];
   for (let i = 1; i < path.length; i++) {
-    const hue = 220 - 220 * (1 - Math.min(1, path[i][2] / maxSpeed));
-    polyline(pen, path.slice(i - 1, i + 1), `hsl(${hue}, 75%, 45%)`, 0.8);
+    polyline(pen, path.slice(i - 1, i + 1), speedColour(path[i][2] / maxSpeed), 0.8);
   }
   const states = latest(data.lights, time) || {};
   for (const [id, [lineX, lineY, half]] of Object.entries(data.lines)) {
@@ -143,7 +153,7 @@ function show() {
   const tick = Number(slider.value), number = columns.reason[tick], time = columns.time_s[tick];
   const [name, meaning] = number < 0 ? ["no reason", "the driving software publishes none"] : data.reasons[number];
   byId("reason").textContent = name.replaceAll("_", " ");
-  byId("reason").style.color = number < 0 ? "#5f6368" : colourOf(number);
+  byId("reason").style.borderColor = colourOf(number);
   const detail = data.details[columns.detail[tick]];
   byId("reason-meaning").textContent = detail ? `${meaning}: ${detail}` : meaning;
   slider.setAttribute("aria-valuetext", `${(data.start_s + time).toFixed(2)} s: ${byId("reason").textContent}`);
@@ -205,6 +215,7 @@ slider.max = count - 1;
 slider.value = 0;
 slider.addEventListener("input", () => { stop(); show(); });
 window.addEventListener("resize", show);
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", show);
 byId("picture-box").hidden = !data.pictures.length;
 show();
 })();
