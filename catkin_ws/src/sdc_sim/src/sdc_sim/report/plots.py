@@ -31,16 +31,6 @@ DRIVEN, PLANNED, LIMIT, ROAD = "#1f5fa8", "#f5c26b", "#9aa0a6", "#dfe3e8"
 _PAGE = packaged_config("report_page")
 EVENT_NAMES: dict[str, str] = _PAGE["event_names"]
 SPEED_REASONS: dict[str, str] = _PAGE["speed_reasons"]
-# The colours of a drawing on the page, which is light or dark: names in page.css.
-_PAGE_COLOURS = {
-    BLACK: "text",
-    GREY: "soft",
-    DRIVEN: "accent",
-    GREEN: "good",
-    RED: "bad",
-    ROAD: "line",
-    "#ffffff": "page",
-}
 # A drawing on the page is as wide as a phone shows it readably, or half of a screen.
 _SVG_WIDTH_IN = 6.0
 _SVG_FONT_PT = 11.0
@@ -299,7 +289,7 @@ def _svg(figure: Figure, name: str) -> str:
     # Without a date, the same drive gives the same file.
     figure.savefig(file, format="svg", metadata={"Date": None}, transparent=True)
     text = file.getvalue()
-    for colour, name_on_page in _PAGE_COLOURS.items():
+    for colour, name_on_page in _PAGE["page_colours"].items():
         text = text.replace(colour, f"var(--{name_on_page})")
     # Matplotlib uses the same ids in every drawing; on one page they must differ.
     for mark in ('id="', 'href="#', "url(#"):
