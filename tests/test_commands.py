@@ -77,6 +77,11 @@ WRONG = [
     ("workshop/class", "--onec .", "unknown argument '--onec'; did you mean '--once'?"),
     ("workshop/browser", "--ip home", "--ip home: must be an address such as 0.0.0.0"),
     ("workshop/desktop", "mine", "unknown argument 'mine'; ./workshop/desktop --help lists"),
+    ("sdc drive", "sync=true", "unknown argument 'sync=true'; sdc drive --help lists the arguments"),
+    ("sdc drive", "traffic=5", "traffic:=5 needs streets; name a map, such as map:=Town01.xodr"),
+    ("sdc map", "chek town", "'town' is one word too many; usage: sdc map check FILE"),
+    ("sdc map", "check twon", "'twon': unknown name, and no such file; did you mean 'town'?"),
+    ("sdc gym", "SdcTown-v0", "unknown argument 'SdcTown-v0'; sdc gym --help lists"),
     ("docker/prepare", "twon", "'twon': unknown name; did you mean 'town'?"),
 ]
 
@@ -152,6 +157,8 @@ def test_help_lists_every_argument_and_prepares_nothing(fresh, command):
         ("scenarios", "Accident ParkingCutIn seeds:=2-4 --scheduler tcp://host:8786 --list"),
         ("championship", "round docker league:=traffic --scheduler tcp://host:8786 secret:=ab"),
         ("championship", "try --stack docker/prepare workspace:=docker drives:=5"),
+        ("sdc drive", "scenario=slalom seed:=3 --report new.json"),
+        ("sdc map", "check town --lanes --picture town.png"),
         ("workshop/start", "--lab mpc --update mine"),
         ("workshop/check", "--seed 7 --watch camera controller-2 messages-7..messages-10"),
         ("workshop/check", "--seed 7 quiz phase-3"),

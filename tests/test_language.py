@@ -10,7 +10,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 ENDINGS = (".py", ".md", ".yaml", ".launch", ".xml", ".txt", ".sh", ".msg", ".test")
 GENERATED = {
-    *(".git", ".venv", ".axe", ".browser", ".site"),
+    *(".git", ".venv", ".axe", ".browser", ".site", ".wheel"),
     *("build", "devel", "world_ws", "report", "grades"),
 }
 SCRIPTS = ("drive", "test", "cockpit", "scenarios", "docker/prepare", "docker/environment")

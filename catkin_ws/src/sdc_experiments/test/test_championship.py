@@ -12,7 +12,7 @@ import pytest
 import yaml
 from distributed import LocalCluster
 
-from sdc_experiments.championship import __main__ as championship
+from sdc_experiments import __main__ as sdc
 from sdc_experiments.championship import driver_process
 from sdc_experiments.championship.attempt import STORED, new
 from sdc_experiments.championship.command import BASELINES, baseline, drive_seeds, graded, source_of
@@ -294,7 +294,7 @@ def test_new_driver_is_tried_from_a_terminal(tmp_path, honest, monkeypatch, caps
     monkeypatch.chdir(tmp_path)
     assert new(SimpleNamespace(file="mine.py")) == 0
     assert len(Path("mine.py").read_text().split("class Driver")[1].splitlines()) <= 10
-    command = ["python3", "-m", "sdc_experiments.championship", "try", "mine.py", "drives:=2"]
+    command = ["python3", "-m", "sdc_experiments", "championship", "try", "mine.py", "drives:=2"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300)
     last = done.stdout.splitlines()[-1]
     assert done.returncode == 0, done.stderr
@@ -303,7 +303,7 @@ def test_new_driver_is_tried_from_a_terminal(tmp_path, honest, monkeypatch, caps
     assert "The worst drive" in page and "srcdoc" in page
     size = {"n_workers": 1, "threads_per_worker": 1, "processes": False, "dashboard_address": None}
     with LocalCluster(**size) as cluster:
-        words = ["championship", "try", "mine.py", "replay:=report/championship/mine.json"]
+        words = ["sdc", "championship", "try", "mine.py", "replay:=report/championship/mine.json"]
         monkeypatch.setattr("sys.argv", [*words, "--scheduler", cluster.scheduler_address])
-        assert championship.main() == 0
+        assert sdc.main() == 0
     assert capsys.readouterr().out.splitlines()[-1] == last

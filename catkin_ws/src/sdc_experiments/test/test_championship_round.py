@@ -17,14 +17,14 @@ import yaml
 from distributed import LocalCluster
 from distributed.diagnostics.plugin import SchedulerPlugin
 
-from sdc_experiments.championship import __main__ as championship
+from sdc_experiments import __main__ as sdc
 from sdc_experiments.championship import rounds
 from sdc_experiments.championship.driver_process import DriverServer
 from sdc_experiments.sandbox import SandboxError
 from sdc_testing.chromium import check_page, headless_chromium
 
 pytestmark = pytest.mark.slow(60)
-ROUND = ["championship", "round"]
+ROUND = ["sdc", "championship", "round"]
 GOOD = """
 class Driver:
     def __init__(self, mission):
@@ -66,7 +66,7 @@ def run():
             patch.setattr("sys.argv", [*words, "--scheduler", cluster.scheduler_address])
             output, errors = io.StringIO(), io.StringIO()
             with contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
-                status = championship.main()
+                status = sdc.main()
             return status, output.getvalue(), errors.getvalue()
 
         yield run
@@ -161,7 +161,7 @@ def test_new_driver_of_an_open_round_is_graded_alone(run, held, tmp_path):
 def test_killed_round_resumes(held, run, tmp_path):
     for name in ("ada", "bob", "cy", "dee"):
         (tmp_path / f"{name}.py").write_text(GOOD + f"# {name}\n")
-    command = ["python3", "-m", "sdc_experiments.championship", "round", str(tmp_path)]
+    command = ["python3", "-m", "sdc_experiments", "championship", "round", str(tmp_path)]
     command += ["drives:=2", "baselines:=false", "reveal:=false"]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
     limit_s = time.monotonic() + 200.0

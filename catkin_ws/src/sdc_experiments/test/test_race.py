@@ -5,8 +5,8 @@ from contextlib import ExitStack
 
 import pytest
 
+from sdc_experiments.__main__ import main
 from sdc_experiments.championship import race
-from sdc_experiments.championship.__main__ import main
 from sdc_experiments.championship.driver_process import DriverServer
 from sdc_testing.chromium import check_page, headless_chromium, value_of
 
@@ -68,7 +68,7 @@ def test_page_shows_all_cars_at_any_time(tmp_path, monkeypatch, capsys):
     (tmp_path / "ours.py").write_text(OURS)
     (tmp_path / "ends.py").write_text(ENDS.replace("== 2", "== 1"))
     options = ["seed:=3", "sandbox:=false"]
-    monkeypatch.setattr("sys.argv", ["championship", "race", "ours.py", "ends.py", *options])
+    monkeypatch.setattr("sys.argv", ["sdc", "championship", "race", "ours.py", "ends.py", *options])
     assert main() == 1
     printed = capsys.readouterr().out.splitlines()
     assert printed[0].startswith("race: 1. ours: ")
@@ -105,7 +105,7 @@ def test_mistake_is_one_line(tmp_path, monkeypatch, capsys, arguments, line):
     monkeypatch.chdir(tmp_path)
     for name in ("a.py", "b.py", "b.launch"):
         (tmp_path / name).write_text("class :")
-    monkeypatch.setattr("sys.argv", ["championship", "race", *arguments])
+    monkeypatch.setattr("sys.argv", ["sdc", "championship", "race", *arguments])
     assert main() == 2
     seen = capsys.readouterr()
     assert seen.err.startswith("championship: ") and line in seen.err and seen.out == ""

@@ -31,7 +31,8 @@ def how_to_install(extra: str) -> str:
     """Return how a user installs what a feature needs, an extra of pyproject.toml."""
     if os.path.basename(package_folder("sdc_common")) == "share":
         return f"run pip install 'sdc-workshop[{extra}]'"
-    return f"run docker/prepare {extra}, which needs a connection, and set up the terminal again"
+    step = "packages" if extra in ("cluster", "plots") else extra
+    return f"run docker/prepare {step}, which needs a connection, and set up the terminal again"
 
 
 def node_config(package: str, node: str) -> dict[str, Any]:

@@ -28,6 +28,7 @@ from sdc_package.steering.method import Steering
 from sdc_package.street_settings import StreetSettings
 from sdc_package.traffic_lights import TrafficLightMonitor
 from sdc_sim.evaluation.drive_evaluation import DriveEvaluation
+from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.scenario.drive_setup import DriveSetup, RouteSource, drive_setup
 from sdc_sim.scenario.packaged import overridden
@@ -73,6 +74,7 @@ def drive_result(  # noqa: PLR0913  all by name, as those of ./drive
     referee_options: Mapping[str, Any] = _NO_OPTIONS,
     longest_s: float | None = None,
     observe: Callable[[Snapshot], Any] | None = None,
+    watch: Callable[[Evaluator], Any] | None = None,
     compiled: bool = False,
     lacking: str = "",
 ) -> DriveEvaluation:
@@ -97,6 +99,7 @@ def drive_result(  # noqa: PLR0913  all by name, as those of ./drive
         referee_options: the same for sdc_sim/config/referee.yaml
         longest_s: simulated time after which to stop, None for no limit but the referee's [s]
         observe: called with the true state of the world in each tick
+        watch: called with the evaluator after each tick
         compiled: compute in machine code where Numba is installed; it pays after half an hour
         lacking: what the car lacks, see LACKS
 
@@ -115,7 +118,7 @@ def drive_result(  # noqa: PLR0913  all by name, as those of ./drive
     chosen, waypoints_m = own_planner(limits, setup.waypoints_m, *known)
     car = car_with(function_planner(planner) if planner else chosen, steering, controller_options)
     rules = evaluation_rules(limits, {"map": setup.parameters["map_path"], **referee_options})
-    recorder = DriveRecorder(rules, waypoints_m, world)
+    recorder = DriveRecorder(rules, waypoints_m, world, watch)
     loop.drive(world, car, recorder, longest_s, observe)
     return recorder.evaluator.result()
 

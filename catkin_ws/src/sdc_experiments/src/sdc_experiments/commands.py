@@ -23,10 +23,14 @@ from sdc_common.configuration import package_folder
 from sdc_common.validation import suggestion
 
 # The project. The patterns of `names` in the table begin with a package, or a folder of it.
-ROOT = Path(__file__).resolve().parents[5]
+ROOT = Path(__file__, *[".."] * 6).resolve()
 TABLE: dict[str, dict[str, Any]] = json.loads(
     Path(package_folder("sdc_common"), "data/commands.json").read_text(encoding="utf-8")
 )
+for _entry in TABLE.values():
+    if "of" in _entry:  # its arguments are names of rows of that command
+        _rows = TABLE[_entry["of"]]["arguments"]
+        _entry["arguments"] = {name: _rows[name] for name in _entry["arguments"]}
 _NUMBERS: dict[str, type] = {"integer": int, "number": float}
 _BOOLEANS = {"true": "true", "1": "true", "false": "false", "0": "false"}
 _PATHS: dict[str, Callable[[str], bool]] = {
@@ -82,6 +86,13 @@ def parse(command: str, words: Sequence[str]) -> SimpleNamespace:
     return SimpleNamespace(**values, command=command, texts=texts, passed=passed)
 
 
+def _called(command: str) -> str:
+    """Return a command as people call it: in the project, or where the wheel is installed."""
+    if command.startswith("sdc "):
+        return command
+    return f"./{command}" if (ROOT / "drive").exists() else f"sdc {command}"
+
+
 def _written(command: str, name: str, text: str | None = None) -> str:
     """Return an argument, or an argument and its value, as people write it."""
     if name.isupper():
@@ -95,7 +106,7 @@ def _read(command: str, left: list[str]) -> tuple[dict[str, list[str]], list[str
     """Return the texts of the arguments by name, and the options of another program."""
     entry = TABLE[command]
     rows, known = entry["arguments"], entry.get("passed", "").split()
-    usage = f"usage: ./{command} {entry['usage']}"
+    usage = f"usage: {_called(command)} {entry['usage']}"
     places = [name for name in rows if name.isupper()]
     texts: dict[str, list[str]] = {}
     free: list[str] = []
@@ -113,7 +124,7 @@ def _read(command: str, left: list[str]) -> tuple[dict[str, list[str]], list[str
         elif dashes or sign == ":=" or not places:
             names = [_written(command, one) for one in rows if one not in places]
             names += [option.rstrip("=") for option in known]
-            fix = suggestion(dashes + name, names, f"./{command} --help lists the arguments")
+            fix = suggestion(dashes + name, names, f"{_called(command)} --help lists the arguments")
             fix = f"write {name}:=VALUE" if row else fix
             raise WordError(f"unknown argument '{word}'; {fix}")
         else:
@@ -245,7 +256,8 @@ def _wants_help(command: str, words: Sequence[str]) -> bool:
 def help_text(command: str) -> str:
     """Return the help of a command and its subcommands."""
     entry = TABLE[command]
-    lines = [f"Usage: ./{command} {entry['usage']}", textwrap.fill(entry["about"], _COLUMNS), ""]
+    usage = f"Usage: {_called(command)} {entry['usage']}"
+    lines = [usage, textwrap.fill(entry["about"], _COLUMNS), ""]
     for name, row in entry["arguments"].items():
         kind, default = _kind(row), row.get("default", "")
         text = row["about"] + f" (default: {default})" * bool(default) + f" [{kind}]" * bool(kind)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Sequence
+from typing import Any, Callable, Sequence
 
 import numpy as np
 
@@ -24,9 +24,17 @@ class DriveRecorder:
         rules: what the drive is evaluated by
         waypoints_m: (N, 2) waypoints of the mission [m]
         world: the simulation at its start
+        watch: called with the evaluator after each tick
     """
 
-    def __init__(self, rules: EvaluationRules, waypoints_m: np.ndarray, world: Simulation):
+    def __init__(
+        self,
+        rules: EvaluationRules,
+        waypoints_m: np.ndarray,
+        world: Simulation,
+        watch: Callable[[Evaluator], Any] | None = None,
+    ):
+        self._watch = watch
         self.evaluator = Evaluator(rules)
         self.evaluator.set_route(points_as_sent(waypoints_m))
         if world.lights:
@@ -60,6 +68,8 @@ class DriveRecorder:
         if car.reason:
             evaluator.add("reason", stamp_ns, car.reason)
             evaluator.add("detail", stamp_ns, getattr(car, "detail", ""))
+        if self._watch is not None:
+            self._watch(evaluator)
         return evaluator.over
 
 

@@ -22,9 +22,8 @@ from scipy import stats
 from sdc_experiments.championship.attempt import write_page
 from sdc_experiments.championship.stack import drive_script
 from sdc_experiments.closed_loop import drive_result
-from sdc_experiments.commands import parse
 from sdc_experiments.sweep.cell_drive import code_version, worker_problem
-from sdc_experiments.sweep.dask_engine import ClusterError, DaskEngine, cores
+from sdc_experiments.sweep.dask_engine import DaskEngine, cores
 from sdc_experiments.sweep.progress import SweepProgress
 from sdc_experiments.sweep.results import write_csv
 from sdc_experiments.sweep.statistics import estimate
@@ -209,6 +208,15 @@ def _results(
 
 
 def run(options: SimpleNamespace) -> int:
+    """List the types, or drive them; return the exit status. See drive_types for what it raises."""
+    if not options.list:
+        return drive_types(options)
+    for name, row in types().items():
+        print(f"{name}: {row['about']} ({', '.join(row['abilities']) or '-'})")
+    return 0
+
+
+def drive_types(options: SimpleNamespace) -> int:
     """Drive, write the results, and return the exit status.
 
     Raises:
@@ -266,21 +274,3 @@ def print_result(result: Mapping[str, Any], problems: Sequence[str]) -> None:
         print(f"scenarios: {problem}")
     for name, word in result["broken"].items():
         print(f"scenarios: {name} is broken: our driver and its naive one both {word}")
-
-
-def main() -> None:
-    """Run the command and exit."""
-    try:
-        options = parse("scenarios", sys.argv[1:])
-        for name, row in types().items() if options.list else ():
-            print(f"{name}: {row['about']} ({', '.join(row['abilities']) or '-'})")
-        sys.exit(0 if options.list else run(options))
-    except KeyboardInterrupt:
-        sys.exit(130)
-    except (ValueError, ClusterError, OSError) as error:
-        print(f"scenarios: {error}", file=sys.stderr)
-        sys.exit(2)
-
-
-if __name__ == "__main__":
-    main()

@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import Counter
-from typing import Iterable, Iterator
+from typing import Any, Iterable, Iterator
 
 import numpy as np
 
+from sdc_common.configuration import how_to_install
 from sdc_map.findings import FilePlace
 from sdc_map.network import DRIVING, WALKING, Network
 from sdc_map.network_file import MapError, load_network
@@ -70,9 +71,12 @@ def draw(network: Network, path: str) -> None:
     Raises:
         OSError: the file cannot be written
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # takes 0.5 s
-    from matplotlib.collections import LineCollection, PolyCollection
-    from matplotlib.figure import Figure
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg  # takes 0.5 s
+        from matplotlib.collections import LineCollection, PolyCollection
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise MapError(f"picture: matplotlib is missing; {how_to_install('plots')}") from None
 
     x, y, end_x, end_y = network.bounds_m
     size_m = np.array([end_x - x, end_y - y]) + 2.0 * _MARGIN_M
@@ -121,7 +125,11 @@ def main() -> int:
     parser.add_argument("map", help=".xodr, .osm or .net.xml, or the name of a packaged map")
     parser.add_argument("--picture", metavar="PNG", help="draw the map into this file")
     parser.add_argument("--lanes", action="store_true", help="also print the lanes for cars")
-    given = parser.parse_args()
+    return check(parser.parse_args())
+
+
+def check(given: Any) -> int:
+    """Check the map `given.map`, print its `given.lanes`, and draw its `given.picture`."""
     try:
         network = load_network(given.map)
         print(*report_lines(network), sep="\n")

@@ -7,8 +7,15 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-import matplotlib
 import numpy as np
+
+from sdc_common.configuration import how_to_install
+
+try:
+    import matplotlib
+except ImportError as error:
+    raise ImportError(f"matplotlib is missing; {how_to_install('plots')}") from error
+
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import LinearSegmentedColormap

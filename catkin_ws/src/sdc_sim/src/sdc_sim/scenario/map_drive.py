@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import os
-from typing import Sequence
+from typing import Mapping, Sequence
 
 import numpy as np
 
@@ -66,7 +66,7 @@ def launch_arguments(report: str, given: dict[str, str]) -> dict[str, str]:
     seed = options.get("seed", 0)
     streets = map_file(given["map"], seed=seed)
     graph = LaneGraph(load_network(streets))
-    start, wanted = _points("start", given), _points("goal", given)
+    start, wanted = given_points("start", given), given_points("goal", given)
     begin = start[0] if start else None
     name = options.get("street_scenario", "")
     mission, goals = first_mission(graph, begin, wanted, seed, name)
@@ -82,7 +82,8 @@ def launch_arguments(report: str, given: dict[str, str]) -> dict[str, str]:
     }
 
 
-def _points(name: str, given: dict[str, str]) -> list[Point]:
+def given_points(name: str, given: Mapping[str, str]) -> list[Point]:
+    """Return the points of an argument, such as X,Y;X,Y [m]; ValueError if it is not valid."""
     text = given.get(name, "")
     try:
         numbers = [[float(one) for one in part.split(",")] for part in text.split(";") if text]

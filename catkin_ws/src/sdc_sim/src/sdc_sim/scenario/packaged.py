@@ -89,8 +89,8 @@ def options_text(options: Mapping[str, Any]) -> str:
     return yaml.safe_dump(dict(options), default_flow_style=True, width=sys.maxsize).strip()
 
 
-def parse_options(text: str) -> dict:
-    """Return the mapping of the argument sim_options.
+def parse_options(text: str, name: str = "sim_options") -> dict:
+    """Return the mapping of an argument.
 
     Raises:
         DocumentError: it is no mapping
@@ -101,8 +101,7 @@ def parse_options(text: str) -> dict:
         options = None
     if not isinstance(options, dict):
         raise DocumentError(
-            f"sim_options:={text}: must be a mapping, such as "
-            "sim_options:='{friction: 0.6, seed: 7}'"
+            f"{name}:={text}: must be a mapping, such as sim_options:='{{friction: 0.6, seed: 7}}'"
         )
     return options
 
