@@ -77,7 +77,7 @@ WRONG = [
     ("workshop/class", "--onec .", "unknown argument '--onec'; did you mean '--once'?"),
     ("workshop/browser", "--ip home", "--ip home: must be an address such as 0.0.0.0"),
     ("workshop/desktop", "mine", "unknown argument 'mine'; ./workshop/desktop --help lists"),
-    ("sdc drive", "sync=true", "unknown argument 'sync=true'; sdc drive --help lists the arguments"),
+    ("sdc drive", "sync=true", "unknown argument 'sync=true'; sdc drive --help lists"),
     ("sdc drive", "traffic=5", "traffic:=5 needs streets; name a map, such as map:=Town01.xodr"),
     ("sdc map", "chek town", "'town' is one word too many; usage: sdc map check FILE"),
     ("sdc map", "check twon", "'twon': unknown name, and no such file; did you mean 'town'?"),

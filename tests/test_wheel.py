@@ -16,8 +16,8 @@ needs_wheel = pytest.mark.skipif(
     reason="docker/prepare wheel, which needs a connection: not run",
 )
 MAX_WHEEL = 3 << 20  # bytes
-# Of the same drive with another version of NumPy [m, rad, m/s]. Commands are rounded to float32: in a
-# long drive, the last bit of one of them can differ.
+# Of the same drive with another version of NumPy [m, rad, m/s]. Commands are rounded to float32: in
+# a long drive, the last bit of one of them can differ.
 TOLERANCES = {"slalom": 1e-9, "lights": 1e-9, "noise": 1e-9, "town": 1e-6}
 
 # Modules of ROS and of Linux, and names of the standard library that Linux alone has.

@@ -266,6 +266,7 @@ def test_each_reset_draws_another_place_of_a_scenario_type():
         ({"observation": "lidar"}, "observation must be one of vector, camera, got 'lidar'"),
         ({"sim_options": {"frction": 1.0}}, "did you mean 'friction'"),
         ({"picture_size": (7, 7)}, "picture size 7 x 7 is not supported"),
+        ({"id": "SdcTraffic-v0", "lanes": 0}, "lanes must be at least 1, got 0"),
         ({"id": "SdcTraffic-v0", "others": 200}, "others must be 0 to 127 on 2 lanes, got 200"),
     ],
 )
@@ -273,6 +274,55 @@ def test_invalid_argument_is_named(arguments, message):
     with pytest.raises(ValueError, match="") as error:
         gymnasium.make(**{"id": "SdcTown-v0", **arguments})
     assert message in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["SdcTown-v0", "SdcRandomRoutes-v0", "SdcTraffic-v0"])
+def test_wrong_batch_is_refused_before_anything_moves(name):
+    cars, other = (gymnasium.make_vec(name, 3, threads=1) for _ in range(2))
+    right = np.tile(np.float32([1.0, 0.0]), (3, 1))
+    with pytest.raises(ValueError, match="before the first reset"):
+        cars.step(right)
+    for seed in ([1, 2], [1, 2, 3, 4], []):
+        with pytest.raises(ValueError, match=f"a list of 3, got {len(seed)} seeds"):
+            cars.reset(seed=seed)
+    cars.reset(seed=1), other.reset(seed=1)
+    for shape in ((1, 2), (2, 2), (5, 2), (2, 3), (6,), (3, 2, 1), (3, 0)):
+        with pytest.raises(ValueError, match=r"actions must have the shape \(3, 2\), not"):
+            cars.step(np.ones(shape, np.float32))
+    for value in (np.nan, np.inf):
+        wrong = right.copy()
+        wrong[2, 1] = value
+        with pytest.raises(ValueError, match=f"must be finite, got {value}"):
+            cars.step(wrong)
+    for mask in ([True, False], np.ones((3, 1), bool), [1, 0, 1]):
+        with pytest.raises(ValueError, match="reset_mask must be"):
+            cars.reset(options={"reset_mask": np.array(mask)})
+    assert all(map(np.array_equal, cars.step(right)[:4], other.step(right)[:4]))
+
+
+@pytest.mark.parametrize("name", ["SdcTown-v0", "SdcTraffic-v0"])
+def test_wrong_action_of_one_car_is_refused(name):
+    car = gymnasium.make(name).unwrapped
+    with pytest.raises(ValueError, match="before the first reset"):
+        car.step([0.5, 0.0])
+    car.reset(seed=1)
+    for action in ([0.5], [0.5, 0.0, 0.0], [[0.5, 0.0]], 0.5, [[0.5], [0.0]]):
+        with pytest.raises(ValueError, match=r"action must have the shape \(2,\), not"):
+            car.step(np.array(action, np.float32))
+    with pytest.raises(ValueError, match="action must be finite, got nan"):
+        car.step(np.array([np.nan, 0.0]))
+
+
+def test_window_shows_what_the_camera_sees(monkeypatch):
+    pytest.importorskip("pygame")
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    with pytest.warns(UserWarning, match="human"):
+        car = gymnasium.make("SdcTraffic-v0", render_mode="human")
+    car.reset(seed=1)
+    car.step(np.zeros(2, np.float32))
+    shown = car.unwrapped.render()
+    assert shown.shape[2] == 3 and shown.std() > 1.0
+    car.close()
 
 
 def test_page_lists_every_entry_of_an_observation_and_the_example():

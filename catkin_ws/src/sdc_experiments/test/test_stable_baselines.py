@@ -3,11 +3,21 @@
 import re
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
 
 pytestmark = [pytest.mark.nightly, pytest.mark.slow(90)]
+
+
+@pytest.mark.parametrize("name", ["SdcTown-v0", "SdcRandomRoutes-v0", "SdcTraffic-v0"])
+def test_checker_of_stable_baselines_is_content(name):
+    checker = pytest.importorskip("stable_baselines3.common.env_checker", reason="sb3")
+    gymnasium = pytest.importorskip("gymnasium")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", UserWarning)
+        checker.check_env(gymnasium.make(f"sdc_experiments.learning:{name}").unwrapped)
 
 
 def test_ppo_learns_in_a_minute():

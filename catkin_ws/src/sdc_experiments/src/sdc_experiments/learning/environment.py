@@ -45,7 +45,7 @@ class SdcEnvironment(gymnasium.Env):
         observation: "vector", or "camera" for an RGB picture
         picture_size: width and height of the pictures [px]
         sim_options: parameters that replace those of sdc_sim/config/sim.yaml
-        render_mode: "rgb_array" or None
+        render_mode: "rgb_array" or None; with gymnasium.make also "human", a window
 
     Raises:
         ValueError: an argument is not valid
@@ -68,7 +68,7 @@ class SdcEnvironment(gymnasium.Env):
             raise ValueError(
                 f"observation must be one of {', '.join(OBSERVATIONS)}, got {observation!r}"
             )
-        self.render_mode = render_mode
+        self.render_mode = obs.checked_render_mode(render_mode)
         self.action_space = ACTIONS
         self._camera = CameraModel(*picture_size)
         self._shows_picture = observation == "camera"
@@ -111,9 +111,14 @@ class SdcEnvironment(gymnasium.Env):
     def step(
         self, action: np.ndarray | Sequence[float]
     ) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        """Drive for a tick of 0.05 s."""
-        pedals, steer = map(float, action)
-        # NaN stays NaN, which the simulation refuses.
+        """Drive for a tick of 0.05 s.
+
+        Raises:
+            ValueError: the action has another shape or is not finite, or there was no reset
+        """
+        pedals, steer = obs.checked_action(action, (2,)).tolist()
+        if not hasattr(self, "_simulation"):
+            raise ValueError("the first step is before the first reset; call reset()")
         braking = pedals < 0.0
         command = Command(0.0 if braking else pedals, steer, -pedals if braking else 0.0)
         simulation = self._simulation

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -69,3 +70,27 @@ def road_rows(route: Route) -> np.ndarray:
 def longest_s(route: Route) -> float:
     """Return the time after which a drive is truncated [s]."""
     return 30.0 + route.length_m / 3.0
+
+
+def checked_action(action: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """Return an action, or one of each car, as floats.
+
+    Raises:
+        ValueError: it has another shape, or is not finite
+    """
+    found = np.asarray(action, float)
+    name = "action" if len(shape) == 1 else "actions"
+    if found.shape != shape:
+        raise ValueError(f"{name} must have the shape {shape}, not {found.shape}")
+    if not np.isfinite(found).all():
+        raise ValueError(f"{name} must be finite, got {found[~np.isfinite(found)][0]}")
+    return found
+
+
+def checked_render_mode(mode: str | None) -> str | None:
+    """Return a mode; ValueError if it is none. Gymnasium shows "human" with rgb_array."""
+    if mode not in (None, "rgb_array"):
+        raise ValueError(
+            f"render_mode must be human, with gymnasium.make, or rgb_array, got {mode!r}"
+        )
+    return mode

@@ -13,7 +13,7 @@ from gymnasium.vector.utils import batch_space
 from sdc_common.machine_code import compiled
 from sdc_experiments.learning import traffic_world as world
 from sdc_experiments.learning.environment import ACTIONS, SdcEnvironment
-from sdc_experiments.learning.observation import ENTRIES, TICK_S
+from sdc_experiments.learning.observation import ENTRIES, TICK_S, checked_action
 from sdc_experiments.learning.road_table import CROSS_TRACK, S
 from sdc_experiments.learning.traffic_world import HORIZON_M, LANE_M, LENGTH_M, RAMP_M, RING_M
 from sdc_experiments.learning.vector_environment import SdcVectorEnvironment
@@ -67,6 +67,8 @@ class TrafficVectorEnvironment(SdcVectorEnvironment):
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
     ):
+        if lanes < 1:
+            raise ValueError(f"lanes must be at least 1, got {lanes}")
         most = int(lanes * RING_M / (4.0 * LENGTH_M))
         if not 0 <= others <= most:
             raise ValueError(f"others must be 0 to {most} on {lanes} lanes, got {others}")
@@ -106,6 +108,7 @@ class TrafficVectorEnvironment(SdcVectorEnvironment):
             seed: draws the others, of world i by seed + i or by entry i of a list
             options: {"reset_mask": (N,) bool} resets only these worlds
         """
+        self._check_reset(seed, options)
         seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
         for i in np.flatnonzero((options or {}).get("reset_mask", self._all)):
             if seeds is not None and seeds[i] is not None:
@@ -209,7 +212,8 @@ class TrafficEnvironment(gymnasium.Env):
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Drive for a tick of 0.05 s."""
-        seen, reward, ended, truncated, info = self._world.step(np.asarray(action)[None])
+        actions = checked_action(action, (2,))[None]
+        seen, reward, ended, truncated, info = self._world.step(actions)
         return seen[0], reward.item(), ended.item(), truncated.item(), _first(info)
 
     def render(self) -> np.ndarray | None:

@@ -73,10 +73,13 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
         render_mode: str | None = None,
         picture_size: tuple[int, int] = (640, 480),
     ):
+        for name, count in (("num_envs", num_envs), ("routes", routes), ("threads", threads)):
+            if count is not None and count < 1:
+                raise ValueError(f"{name} must be at least 1, got {count}")
         self._autoreset = AutoresetMode(autoreset_mode)
         self.metadata = {**SdcEnvironment.metadata, "autoreset_mode": self._autoreset}
         self.num_envs = num_envs
-        self.render_mode = render_mode
+        self.render_mode = obs.checked_render_mode(render_mode)
         self.single_action_space, self.single_observation_space = ACTIONS, VECTORS
         self.action_space = batch_space(ACTIONS, num_envs)
         self.observation_space = batch_space(VECTORS, num_envs)
@@ -97,6 +100,7 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
         self._observations[:, -len(obs.NO_OBSTACLE) :] = obs.NO_OBSTACLE
         self._elapsed_s, self._halted_s = np.zeros(num_envs), np.zeros(num_envs)
         self._ended = np.zeros(num_envs, bool)
+        self._was_reset = False
 
     def _set_roads(self, waypoints_m: list[np.ndarray], cars: np.ndarray) -> None:
         """Give these routes to some cars (N,) bool; the others stay on theirs."""
@@ -125,7 +129,11 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
             seed: chooses the random routes, route i by seed + i or by entry i of a list; None keeps
                 those that there are
             options: {"reset_mask": (N,) bool} places only these cars, and only they get new routes
+
+        Raises:
+            ValueError: the list of seeds or the mask has another length
         """
+        self._check_reset(seed, options)
         first = seed[0] if isinstance(seed, list) else seed
         super().reset(seed=first)
         has_roads = hasattr(self, "_table")
@@ -138,7 +146,16 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
             self._set_roads([obs.random_route(generator) for generator in generators], mask)
         self._start(np.flatnonzero(mask))
         self._ended = self._ended & ~mask
+        self._was_reset = True
         return self._observe(), self._info(np.zeros(self.num_envs, int))
+
+    def _check_reset(self, seed: Any, options: dict[str, Any] | None) -> None:
+        """Raise ValueError for a list of seeds or a mask of another length than N."""
+        count, mask = self.num_envs, np.asarray((options or {}).get("reset_mask", self._all))
+        if isinstance(seed, list) and len(seed) != count:
+            raise ValueError(f"seed must be a number or a list of {count}, got {len(seed)} seeds")
+        if mask.shape != (count,) or mask.dtype != bool:
+            raise ValueError(f"reset_mask must be ({count},) bool, got {mask.shape} {mask.dtype}")
 
     def _start(self, cars: np.ndarray) -> None:
         """Place some cars at the starts of their routes."""
@@ -152,12 +169,18 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
     def step(
         self, actions: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Drive all cars for a tick of 0.05 s."""
+        """Drive all cars for a tick of 0.05 s.
+
+        Raises:
+            ValueError: the actions have another shape or are not finite, or there was no reset
+        """
+        pedals, steer = obs.checked_action(actions, (self.num_envs, 2)).T
+        if not self._was_reset:
+            raise ValueError("the first step is before the first reset; call reset()")
         if self._autoreset is AutoresetMode.DISABLED and self._ended.any():
             raise gymnasium.error.ResetNeeded(
                 "the drives of some cars have ended; call reset(options={'reset_mask': ended})"
             )
-        pedals, steer = np.asarray(actions, float).T
         throttle, brake = np.maximum(pedals, 0.0), np.maximum(-pedals, 0.0)
         self._fleet.step(throttle, brake, np.ascontiguousarray(steer), obs.TICK_S)
         state, before = self._fleet.state, self._places
