@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import tempfile
 import time
 from collections.abc import Iterator
@@ -42,6 +43,10 @@ def learning(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
     one = gymnasium.make("SdcTown-v0", disable_env_checker=True)
     pictures = gymnasium.make("SdcTown-v0", disable_env_checker=True, observation="camera")
     single = {"SdcTown-v0, one car": (one, 10 * _TICKS), "the same with pictures": (pictures, 400)}
+    if importlib.util.find_spec("highway_env"):
+        importlib.import_module("highway_env")
+        for name in ("highway-fast-v0", "racetrack-v0"):
+            single[f"highway-env's {name}"] = gymnasium.make(name), _TICKS // 4
     vectors = {
         f"SdcRandomRoutes-v0, {_CARS:,} cars": (many(_CARS, id="SdcRandomRoutes-v0"), 20, _CARS),
         "SdcTraffic-v0, one thread": (many(_WORLDS, id="SdcTraffic-v0", threads=1), 40, _WORLDS),
@@ -66,10 +71,14 @@ def learning(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
 
 
 def _single_rate(car: Any, steps: int) -> float:
+    is_other = not car.spec.name.startswith("Sdc")  # of highway-env: what it draws
     car.reset(seed=0)
     begin_s = time.perf_counter()
     for tick in range(steps):
-        action = np.array([0.36, 0.02 * (tick % 3 - 1)], np.float32)
+        if is_other:
+            action = car.action_space.sample()
+        else:
+            action = np.array([0.36, 0.02 * (tick % 3 - 1)], np.float32)
         *_, ended, truncated, _ = car.step(action)
         if ended or truncated:
             car.reset()
