@@ -62,3 +62,21 @@ def test_simulation_of_a_route_alone_has_the_given_options():
     simulation = load_simulation(route=BEND, options={"start": {"along_m": 5.0}})
     state = simulation.snapshot.state
     assert (state.x_m, state.y_m) == (pytest.approx(5.0), pytest.approx(0.0))
+
+
+@pytest.mark.parametrize(
+    ("name", "goal_m", "has_others"),
+    [("town_roundabout", (0.0, 3.5), False), ("town_traffic", (286.0, 109.0), True)],
+)
+def test_scenario_of_a_map_is_loaded_with_its_map_and_traffic(name, goal_m, has_others):
+    setup = drive_setup(name)
+    simulation = setup.simulation()
+    state = simulation.snapshot.state
+    np.testing.assert_allclose(setup.waypoints_m[-1], goal_m, atol=2.0)
+    np.testing.assert_allclose((state.x_m, state.y_m), setup.waypoints_m[0], atol=0.1)
+    assert bool(simulation.observation.obstacles) == has_others
+
+
+def test_given_map_start_and_goal_have_precedence():
+    setup = drive_setup("town_roundabout", map="town_left", goal=(100.88, -4.84))
+    np.testing.assert_allclose(setup.waypoints_m[-1], (100.88, -4.84), atol=2.0)

@@ -30,9 +30,8 @@ from sdc_package.traffic_lights import TrafficLightMonitor
 from sdc_sim.evaluation.drive_evaluation import DriveEvaluation
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.rules import EvaluationRules
-from sdc_sim.scenario.drive_setup import DriveSetup, RouteSource, drive_setup
+from sdc_sim.scenario.drive_setup import RouteSource, drive_setup
 from sdc_sim.scenario.packaged import overridden
-from sdc_sim.scenario.reader import map_path
 from sdc_sim.simulation import loop
 from sdc_sim.simulation.snapshot import Snapshot
 
@@ -110,7 +109,8 @@ def drive_result(  # noqa: PLR0913  all by name, as those of ./drive
         use_machine_code()
     own = {"seed": seed, "traffic": traffic}.items()
     options = {**sim_options, **{name: one for name, one in own if one is not None}}
-    setup, missions = conditions(scenario, route, options, map, start, goal)
+    setup = drive_setup(scenario, route, options, map, start, goal)
+    missions = setup.missions
     world = setup.simulation(compiled)
     limits = _limits(planner_options, lacking, missions is not None)
     lines = stop_lines_of(world.lights)
@@ -129,37 +129,6 @@ def _limits(options: Mapping[str, Any], lacking: str, on_map: bool) -> dict[str,
         raise ValueError(f"lacking: must be one of {', '.join(LACKS)[:-2]}, got '{lacking}'")
     options = {**options, **(_FAST if lacking == "speed" else {})}
     return overridden(planner_parameters(on_map), options, "planner_options")
-
-
-def conditions(
-    scenario: str,
-    route: RouteSource | None,
-    options: Mapping[str, Any],
-    streets: str,
-    start: Sequence[float] | None,
-    goal: Sequence | None,
-) -> tuple[DriveSetup, GlobalPlanner | None]:
-    """Return the conditions of a drive, and what plans its missions on a map; see drive_result."""
-    setup = drive_setup(scenario, route, options)
-    seed = setup.parameters["seed"]
-    if setup.scenario is not None and setup.scenario.map is not None and route is None:
-        streets = streets or map_path(setup.scenario, seed)
-        goal = goal or setup.scenario.goals or None
-    if not streets:
-        return setup, None
-    from sdc_map.global_planner import GlobalPlanner
-    from sdc_map.map_file import map_file
-    from sdc_map.network_file import load_network
-    from sdc_sim.scenario.map_drive import file_points, first_mission
-
-    goals = () if goal is None else [goal] if np.ndim(goal) == 1 else goal
-    streets = map_file(streets, seed=seed)
-    missions = GlobalPlanner(load_network(streets))
-    street_scenario = setup.parameters["street_scenario"]
-    mission, goals = first_mission(missions.graph, start, goals, seed, street_scenario)
-    missions.drive_to(goals)
-    waypoints_m = file_points(mission.points_m)
-    return drive_setup(scenario, waypoints_m, {**options, "map_path": streets}), missions
 
 
 def own_planner(

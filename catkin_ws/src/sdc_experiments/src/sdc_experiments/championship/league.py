@@ -12,12 +12,11 @@ import numpy as np
 from sdc_common.configuration import node_config
 from sdc_common.geometry.segments import use_machine_code
 from sdc_experiments.championship.mission import DriverMission
-from sdc_experiments.closed_loop import conditions
 from sdc_experiments.configuration import planner_parameters
 from sdc_experiments.recorder import stop_lines_of
 from sdc_map.map_file import map_file
 from sdc_sim.road.random_routes import long_route
-from sdc_sim.scenario.drive_setup import DriveSetup
+from sdc_sim.scenario.drive_setup import DriveSetup, drive_setup
 from sdc_sim.scenario.packaged import overridden
 from sdc_sim.scenario.street_scenarios import of_map, types
 from sdc_sim.simulation.simulation import Simulation
@@ -83,7 +82,8 @@ def draw(league: str, seed: str) -> Draw:
 def prepared(one: Draw) -> tuple[DriveSetup, Simulation, DriverMission]:
     """Return the conditions of a drive, its world at the start, and what its driver gets."""
     use_machine_code()
-    setup, missions = conditions("", one.route_m, one.sim, one.map, None, None)
+    setup = drive_setup("", one.route_m, one.sim, one.map)
+    missions = setup.missions
     world = setup.simulation(compiled=True)
     limits = overridden(planner_parameters(missions is not None), one.planner, "planner")
     lines, seen = stop_lines_of(world.lights), world.observation

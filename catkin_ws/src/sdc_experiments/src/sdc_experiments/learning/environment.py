@@ -11,7 +11,6 @@ import numpy as np
 from sdc_common.driving import Command
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.polyline import Place
-from sdc_experiments.closed_loop import conditions
 from sdc_experiments.learning import observation as obs
 from sdc_sim.camera.boxes import obstacle_box, traffic_light_box
 from sdc_sim.camera.camera_model import CameraModel
@@ -99,7 +98,7 @@ class SdcEnvironment(gymnasium.Env):
         drawn = int(self.np_random.integers(2**32)) if self._seed is None else self._seed
         if self._map:
             options = {**self._options, "seed": drawn}
-            self._use(conditions("", None, options, self._map, None, None)[0])
+            self._use(drive_setup(options=options, map=self._map))
         self._setup.parameters["seed"] = drawn
         self._simulation = self._setup.simulation(compiled=True)
         observation = self._simulation.snapshot

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field
-from typing import Any, Mapping, Sequence, Union
+from typing import TYPE_CHECKING, Any, Mapping, Sequence, Union
 
 import numpy as np
 
@@ -25,10 +25,13 @@ from sdc_sim.scenario.packaged import (
     sensor_options,
     sim_options,
 )
-from sdc_sim.scenario.reader import Scenario, load_scenario
+from sdc_sim.scenario.reader import Scenario, load_scenario, map_path
 from sdc_sim.scenario.several_cars import build_world
 from sdc_sim.simulation.shared_world import SharedWorld
 from sdc_sim.simulation.simulation import Simulation
+
+if TYPE_CHECKING:
+    from sdc_map.global_planner import GlobalPlanner
 
 # The file or the name of a route, (N, 2) waypoints in the map [m], or straights and bends.
 RouteSource = Union[str, np.ndarray, Sequence[Mapping]]
@@ -42,6 +45,7 @@ class DriveSetup:
     waypoints_m: np.ndarray  # (N, 2) waypoints of the mission in the map [m]
     route: Route = field(repr=False)  # the road along them
     parameters: dict[str, Any]  # parameters of config/sim.yaml for this drive
+    missions: GlobalPlanner | None = field(default=None, repr=False)  # None without a map
 
     def simulation(self, compiled: bool = False) -> Simulation:
         """Return the simulation at its start, as the sim node builds it.
@@ -75,6 +79,9 @@ def drive_setup(
     scenario: str = "",
     route: RouteSource | None = None,
     options: Mapping[str, Any] | None = None,
+    map: str = "",  # noqa: A002  the name of the argument of ./drive
+    start: Sequence[float] | None = None,
+    goal: Sequence | None = None,
 ) -> DriveSetup:
     """Return the conditions of a drive, as ./drive reads them.
 
@@ -82,6 +89,11 @@ def drive_setup(
         scenario: name of a packaged scenario or path of a scenario file, "" for the route alone
         route: replaces the route of the scenario; the packaged town route if neither has one
         options: parameters of config/sim.yaml, which override those of the scenario
+        map: path of a map, on which the car finds its route, in place of `route`; without both, it
+            is that of the scenario
+        start: (x, y) on the map [m]; None to draw it from the seed
+        goal: (x, y) on the map, or a list of them [m]; None for those of the scenario, or to draw
+            one from the seed
 
     Raises:
         DocumentError, WaypointError: a name, a file or an option is not valid
@@ -93,23 +105,41 @@ def drive_setup(
     source: Any = route
     if route is None and loaded is not None:
         source, place = loaded.route, loaded.path
-    waypoints_m = _waypoints("town" if source is None else source, place)
     parameters = node_config("sdc_sim", "sim")
     given = options or {}
     if loaded is not None:
         parameters = overridden(parameters, sensor_options(loaded), loaded.path)
         given = sim_options(loaded, given)
     parameters = overridden(parameters, given, "sim_options")
-    return DriveSetup(loaded, waypoints_m, road_route(waypoints_m), parameters)
+    seed, missions = parameters["seed"], None
+    if loaded is not None and loaded.map is not None and route is None:
+        map = map or map_path(loaded, seed)  # noqa: A001
+        goal = goal or loaded.goals or None
+    if map:
+        from sdc_map.global_planner import GlobalPlanner
+        from sdc_map.map_file import map_file
+        from sdc_map.network_file import load_network
+        from sdc_sim.scenario.map_drive import file_points, first_mission
+
+        goals = () if goal is None else [goal] if np.ndim(goal) == 1 else goal
+        parameters["map_path"] = map_file(map, seed=seed)
+        missions = GlobalPlanner(load_network(parameters["map_path"]))
+        types = parameters["street_scenario"]
+        mission, goals = first_mission(missions.graph, start, goals, seed, types)
+        missions.drive_to(goals)
+        source = file_points(mission.points_m)
+    waypoints_m = _waypoints("town" if source is None else source, place)
+    return DriveSetup(loaded, waypoints_m, road_route(waypoints_m), parameters, missions)
 
 
 def load_simulation(
     scenario: str = "",
     route: RouteSource | None = None,
     options: Mapping[str, Any] | None = None,
+    **place: Any,
 ) -> Simulation:
-    """Return the simulation of a scenario at its start; see `drive_setup`."""
-    return drive_setup(scenario, route, options).simulation()
+    """Return the simulation of a scenario at its start, on its map; see `drive_setup`."""
+    return drive_setup(scenario, route, options, **place).simulation()
 
 
 def _waypoints(source: Any, scenario_path: str) -> np.ndarray:
