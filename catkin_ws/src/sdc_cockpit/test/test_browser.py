@@ -27,6 +27,18 @@ PIXELS = """(() => {
   return canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data
     .reduce((sum, value, i) => (31 * sum + value) >>> 0, 0);
 })()"""
+# Pixels with the colour of the lane mask over a dark road.
+MASKED = """(() => {
+  const canvas = document.getElementById("picture");
+  const pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+  let count = 0;
+  for (let i = 0; i < pixels.length; i += 4) count += pixels[i + 1] === 255 && pixels[i] < 240;
+  return count;
+})()"""
+AHEAD_IN_BEND = """const { aheadOnPath } = await import("./static/picture.js");
+const path = [...Array(26).keys()].map((i) => [20 * Math.sin(i / 20), 20 - 20 * Math.cos(i / 20)]);
+const { x, y } = aheadOnPath([0, 0, 0], path, 20);
+return [x, y];"""
 PICTURE_TOP_WITHOUT_AND_WITH_NOTICE = """[true, false].map((hidden) => {
   document.getElementById("notice").hidden = hidden;
   return document.getElementById("picture").getBoundingClientRect().top;
@@ -109,6 +121,12 @@ def test_page_shows_moving_pictures_and_drives_and_a_click_stops_the_car(start, 
         first = value_of(browser, PIXELS)
         wait_for(browser, PIXELS, lambda pixels: pixels != first)
         wait_for(browser, "document.querySelectorAll('#nodes tr.topic').length")
+
+        assert browser.execute_script(AHEAD_IN_BEND) == pytest.approx([16.83, 9.19], abs=0.01)
+        browser.find_element("id", "mask").click()
+        wait_for(browser, MASKED, lambda count: count > 100)
+        browser.find_element("id", "mask").click()
+        wait_for(browser, MASKED, lambda count: count < 100)
 
         badge = "document.getElementById('driver').textContent"
         drive_until(browser, "s", f"{badge} === 'you drive' && cockpit.state.command.brake === 1")

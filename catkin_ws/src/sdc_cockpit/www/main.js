@@ -5,7 +5,7 @@ import { Controls } from "./controls.js";
 import { addLog, clearLog, set, showInstruments, showNodes } from "./panels.js";
 import { Drives } from "./drives.js";
 import { Parameters } from "./parameters.js";
-import { ahead, Picture } from "./picture.js";
+import { aheadOnPath, Picture } from "./picture.js";
 
 const NOTICE_MS = 4000;
 const OBSTACLE_AHEAD_M = 30;
@@ -40,20 +40,25 @@ function showDriver(mode, mine) {
 async function loadRoad(number) {
   road = number;
   const answer = await fetch(`api/road?token=${encodeURIComponent(token)}`);
-  if (answer.ok) scene.setRoad(await answer.json());
+  if (!answer.ok) throw new Error(`the road: ${answer.status} ${answer.statusText}`);
+  scene.setRoad(await answer.json());
+}
+
+function failed(panel) {
+  return (error) => notice(`${panel}: ${error.message}`, "warn");
 }
 
 async function loadLibraries() {
   import("./plots.js").then(({ Plots }) => { plots = new Plots($("speed-plot"), $("error-plot")); })
-    .catch((error) => console.warn("no plots:", error));
+    .catch(failed("Plots"));
   try {
     const { Scene } = await import("./scene.js");
     scene = new Scene($("scene"));
     scene.setSpeedScale(...speedScale);
     $("no-scene").hidden = true;
   } catch (error) {
-    console.warn("no 3D view:", error);
-    $("no-scene").textContent = "This browser shows no 3D view: WebGL is switched off.";
+    $("no-scene").textContent = `This browser shows no 3D view: ${error.message}`;
+    failed("3D view")(error);
   }
 }
 
@@ -69,7 +74,7 @@ function onState(news) {
   drives.update(state);
   plots?.add(state);
   scene?.update(state);
-  if (scene && state.road > 0 && state.road !== road) loadRoad(state.road);
+  if (scene && state.road > 0 && state.road !== road) loadRoad(state.road).catch(failed("3D view"));
 }
 
 // What is on the page belongs to the drive that runs, or to one that is over.
@@ -95,7 +100,7 @@ function setMask(shown) {
   maskShown = shown;
   $("mask").setAttribute("aria-pressed", shown);
   connection.send("show", { mask: shown });
-  if (!shown) picture.hideMask();
+  picture.showMask(shown);
 }
 
 function setView(view) {
@@ -109,7 +114,7 @@ const actions = {
   pause: () => connection.send(state?.running === false ? "resume" : "pause"),
   step: () => connection.send("step"),
   reset: () => connection.send("reset"),
-  obstacle: () => state?.pose && obstacle(ahead(state.pose, OBSTACLE_AHEAD_M)),
+  obstacle: () => state?.pose && obstacle(aheadOnPath(state.pose, state.path, OBSTACLE_AHEAD_M)),
   mask: () => setMask(!maskShown),
   "to-drives": () => {
     $("drives-panel").scrollIntoView();

@@ -12,7 +12,7 @@ export class Picture {
   arrivals = [];
   drawn = 0;
   #canvas; #context; #tint; #connection;
-  #waiting = null; #newest = 0; #mask = null; #overlay = null; #first = null;
+  #waiting = null; #newest = 0; #mask = null; #overlay = null; #first = null; #masked = false;
 
   constructor(connection, canvas, hint) {
     this.#canvas = canvas;
@@ -27,15 +27,17 @@ export class Picture {
     connection.addEventListener("overlay", (event) => this.#receiveOverlay(event.detail));
   }
 
-  hideMask() {
-    this.#mask = this.#overlay = null;
+  // A mask that is on its way when masks are hidden is not shown.
+  showMask(shown) {
+    this.#masked = shown;
+    if (!shown) this.#mask = this.#overlay = null;
   }
 
   // The picture of the lab on perception, which is shown in the place of the camera's.
   async #receiveOverlay({ bytes, stamp }) {
     const image = await createImageBitmap(new Blob([bytes], { type: "image/jpeg" }));
     this.#overlay?.image.close();
-    this.#overlay = { image, stamp };
+    this.#overlay = this.#masked ? { image, stamp } : null;
   }
 
   async #receive(detail) {
@@ -59,7 +61,7 @@ export class Picture {
     context.globalCompositeOperation = "multiply";
     context.fillStyle = MASK_COLOUR;
     context.fillRect(0, 0, image.width, image.height);
-    this.#mask = this.#tint;
+    this.#mask = this.#masked ? { stamp: detail.stamp } : null;
     image.close();
   }
 
@@ -73,16 +75,16 @@ export class Picture {
   #draw() {
     if (this.#waiting === null || document.hidden) return;
     const { image, number, wall, stamp } = this.#waiting;
-    const hasOverlay = this.#overlay && Math.abs(this.#overlay.stamp - stamp) < OVERLAY_LASTS_S;
+    const [hasMask, hasOverlay] = [this.#mask, this.#overlay].map((one) => one && Math.abs(one.stamp - stamp) < OVERLAY_LASTS_S);
     this.#waiting = null;
     if (this.#canvas.width !== image.width || this.#canvas.height !== image.height) {
       [this.#canvas.width, this.#canvas.height] = [image.width, image.height];
     }
     this.#context.globalCompositeOperation = "source-over";
     this.#context.drawImage(hasOverlay ? this.#overlay.image : image, 0, 0);
-    if (this.#mask) {
+    if (hasMask) {
       this.#context.globalCompositeOperation = "lighter";
-      this.#context.drawImage(this.#mask, 0, 0);
+      this.#context.drawImage(this.#tint, 0, 0);
     }
     image.close();
     this.drawn += 1;
@@ -111,4 +113,18 @@ export class Picture {
 export function ahead([x, y, yaw], forward, left = 0) {
   const [c, s] = [Math.cos(yaw), Math.sin(yaw)];
   return { x: x + c * forward - s * left, y: y + s * forward + c * left };
+}
+
+// Return the point this far ahead of a pose along the planned path, and straight on after its end.
+export function aheadOnPath([x, y, yaw], path, distance) {
+  let [place, left] = [[x, y, yaw], distance];
+  for (const [nextX, nextY] of path) {
+    const [dx, dy] = [nextX - place[0], nextY - place[1]];
+    const step = Math.hypot(dx, dy);
+    if (dx * Math.cos(place[2]) + dy * Math.sin(place[2]) <= 0) continue; // behind
+    place[2] = Math.atan2(dy, dx);
+    if (step >= left) break;
+    [place, left] = [[nextX, nextY, place[2]], left - step];
+  }
+  return ahead(place, left);
 }

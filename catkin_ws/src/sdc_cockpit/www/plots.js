@@ -29,7 +29,7 @@ function plot(canvas, colours, range) {
       animation: false, parsing: false, normalized: true, responsive: true, maintainAspectRatio: false, events: [],
       plugins: { legend: { display: false }, tooltip: { enabled: false } },
       scales: {
-        x: { type: "linear", grid, ticks: { ...tick, callback: (value) => (value < 0 ? "" : `${Math.round(value)} s`) } },
+        x: { type: "linear", display: false, grid, ticks: { ...tick, callback: (value) => (value < 0 ? "" : `${Math.round(value)} s`) } },
         y: { grid, ticks: { ...tick, maxTicksLimit: 5 }, ...range },
       },
     },
@@ -63,6 +63,7 @@ export class Plots {
     this.#old -= 1;
     const one = this.#next;
     this.#next = one === this.#speed ? this.#error : this.#speed;
+    one.options.scales.x.display = true;
     one.options.scales.x.min = t - WINDOW_S;
     one.options.scales.x.max = t;
     one.update("none");
