@@ -47,7 +47,9 @@ def test_lockstep_drive_is_complete_and_replay_gives_the_same_report(environment
     assert "all limits are met" in done.stdout
     assert f"drive: the report is {tmp_path}/found/report.html" in done.stdout
     assert "Traceback" not in done.stdout
-    assert not re.search("WARN|process|SUMMARY|\x1b", done.stdout), "a good drive is quiet"
+    # A busy machine may warn of what is late.
+    loud = "no path|has stopped|process|SUMMARY|\x1b"
+    assert not re.search(loud, done.stdout), done.stdout
     assert "process[sim" in (tmp_path / "found" / "report.log").read_text()
     report = json.loads((tmp_path / "found" / "report.json").read_text())
     assert report["status"] == "completed"
