@@ -34,9 +34,8 @@ def workspace(tmp_path_factory):
 
 @pytest.mark.mistakes
 @pytest.mark.slow(40)
-@pytest.mark.parametrize(
-    "part", [0, *(pytest.param(part, marks=pytest.mark.nightly) for part in range(1, PARTS))]
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize("part", range(PARTS))
 def test_mistakes_are_explained_and_unusual_code_passes(part, workspace, record_property):
     judge(workspace, record_property, str(part), str(PARTS))
 

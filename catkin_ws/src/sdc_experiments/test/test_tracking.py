@@ -15,7 +15,11 @@ pytestmark = pytest.mark.slow(40)
 
 
 @pytest.mark.parametrize(
-    ("condition", "rms_m", "worst_m"), [(0, 0.02, 0.10), (1, 0.035, 0.10)], ids=["dry", "wet"]
+    ("condition", "rms_m", "worst_m"),
+    [
+        pytest.param(0, 0.02, 0.10, id="dry", marks=pytest.mark.nightly),
+        pytest.param(1, 0.035, 0.10, id="wet"),
+    ],
 )
 def test_mpc_keeps_its_bars_at_20_mps(condition, rms_m, worst_m):
     rms, worst, _ = measure("mpc", *CONDITIONS[condition][1:], seed=11)

@@ -16,6 +16,7 @@ from sdc_sim.road.random_routes import long_route
 pytestmark = pytest.mark.slow(15)
 
 
+@pytest.mark.nightly
 def test_position_is_known_on_a_random_route_with_an_outage():
     drive = random_drive(0, length_m=150.0, outage_s=12.0)
     assert drive.metrics["status"] == "completed"

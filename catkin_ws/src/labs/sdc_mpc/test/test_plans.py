@@ -80,7 +80,7 @@ def test_driver_arrives_within_what_the_check_demands(seed):
 
 
 @needs_osqp
-@pytest.mark.slow(20)
+@pytest.mark.nightly
 def test_driver_that_does_not_know_the_delay_loses_the_road():
     from sdc_mpc.drives import VARIANTS, drive_bends
 
