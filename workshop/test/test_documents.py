@@ -13,6 +13,7 @@ GENERATED = {
     ".git",
     ".venv",
     ".axe",
+    ".wheel",
     ".browser",
     ".site",
     "build",
