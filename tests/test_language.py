@@ -7,12 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from sdc_testing.project import GENERATED
+
 ROOT = Path(__file__).resolve().parents[1]
 ENDINGS = (".py", ".md", ".yaml", ".launch", ".xml", ".txt", ".sh", ".msg", ".test")
-GENERATED = {
-    *(".git", ".venv", ".axe", ".browser", ".site", ".wheel"),
-    *("build", "devel", "world_ws", "report", "grades"),
-}
 SCRIPTS = ("drive", "test", "cockpit", "scenarios", "docker/prepare", "docker/environment")
 # Words that readers with English as a second language have to decode: what to write in their place.
 WORDS = {

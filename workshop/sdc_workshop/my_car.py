@@ -49,7 +49,7 @@ def run(drives: int, place: Path) -> int:
     others = [result["baselines"] for result in results.values()]
     names = set.intersection(*map(set, others))
     better = [name for name in names if mean(found[name] for found in others) > score]
-    parts = ", ".join(f"{one['league']} {one['score']:.1f}" for one in results.values())
+    parts = ", ".join(f"{result['league']} {result['score']:.1f}" for result in results.values())
     page = min(results, key=lambda path: min(row["score"] for row in results[path]["rows"]))
     print(f"\nmy-car: {score:.1f} of 100 ({parts})")
     place_text = f"place {1 + len(better)} of {1 + len(names)}"

@@ -4,24 +4,12 @@ import re
 
 import pytest
 
+from sdc_testing.project import GENERATED
 from sdc_workshop.languages import sections
 from sdc_workshop.workspace import PROJECT
 
 WORKSHOP = PROJECT / "workshop"
 PAGES = sorted(WORKSHOP.glob("*.md"))
-GENERATED = {
-    ".git",
-    ".venv",
-    ".axe",
-    ".wheel",
-    ".browser",
-    ".site",
-    "build",
-    "devel",
-    "world_ws",
-    "report",
-    "grades",
-}
 FILES = [path for path in PROJECT.rglob("*") if not GENERATED & set(path.parts)]
 ALL_PAGES = sorted(path for path in FILES if path.suffix == ".md")
 # Files that a drive, a command or the reader writes.

@@ -23,10 +23,15 @@ import yaml
 
 from sdc_workshop.regions import regions
 
-# The unknown number of a family, and NumPy, under the names that the families use for them.
-_NUMBER, _LIBRARY = "_c", "_np"
-# The first numbers that are tried for it, and how often it is improved.
-_TRIALS, _STEPS = (1, 2), 8
+# Name of the unknown number in families.yaml, which no solution uses.
+_NUMBER = "_c"
+# Name of NumPy in a changed solution, which may not import it.
+_LIBRARY = "_np"
+# The first numbers that are tried: the secant method begins with two.
+_TRIALS = (1, 2)
+# How often the number is improved: a result that is linear in it needs one step, others few.
+_STEPS = 8
+# An error that is smaller is rounding; the results are compared with 1e-6.
 _EXACT = 1e-7
 # A part of the solution that is at most so long is shown as it is.
 _SHORT = 24
@@ -224,10 +229,10 @@ def _changes(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tuple]:
     for container, key in slots:
         part = container[key]
         values = getattr(part, "args", getattr(part, "elts", []))
-        for one, other in itertools.combinations(range(len(values)), 2):
+        for first, second in itertools.combinations(range(len(values)), 2):
             swapped = list(values)
-            swapped[one], swapped[other] = swapped[other], swapped[one]
-            names = {"A": _name(values[one], text), "B": _name(values[other], text)}
+            swapped[first], swapped[second] = swapped[second], swapped[first]
+            names = {"A": _name(values[first], text), "B": _name(values[second], text)}
             field = "args" if isinstance(part, ast.Call) else "elts"
             yield vars(part), field, swapped, [_tables()["swapped"], names]
         if isinstance(part, ast.AugAssign):
@@ -300,7 +305,7 @@ def _made(template: str, parts: dict) -> ast.expr:
 
 def _uses_number(part: Any) -> bool:
     is_node = isinstance(part, ast.AST)
-    return is_node and any(getattr(one, "id", "") == _NUMBER for one in ast.walk(part))
+    return is_node and any(getattr(node, "id", "") == _NUMBER for node in ast.walk(part))
 
 
 def _name(part: ast.AST, text: str) -> str:
@@ -308,8 +313,8 @@ def _name(part: ast.AST, text: str) -> str:
     shown = _source(part, text)
     if len(shown) <= _SHORT and isinstance(part, (ast.Name, ast.Attribute, ast.Constant)):
         return f"`{shown}`"
-    names = [one for one in ast.walk(part) if isinstance(one, (ast.Name, ast.Attribute))]
-    texts = [_source(one, text) for one in names]
+    names = [node for node in ast.walk(part) if isinstance(node, (ast.Name, ast.Attribute))]
+    texts = [_source(node, text) for node in names]
     if not texts:
         return f"`{shown[:_SHORT]}`"
     return f"the part with `{min(texts, key=text.count)}`"

@@ -61,7 +61,7 @@ class LibraryCheck(RegionCheck):
         """See RegionCheck.problems."""
         path, python_path = stage.build(variant)
         given, calls = self._given, [row["call"] for row in self._rows]
-        varied = {name: library_probe.varied(one, stage.seed) for name, one in given.items()}
+        varied = {name: library_probe.varied(call, stage.seed) for name, call in given.items()}
         others = [library_probe.varied(call, stage.seed) for call in calls]
         with Asked(stage, self._module, stage.environment(PYTHONPATH=python_path)) as asked:
             wrong, broken = self._differences(asked, given, calls, path, variant)

@@ -123,8 +123,8 @@ def add_championship(grades: list, output: Path, drives: int) -> None:
     names: dict = {}
     for found in grades:
         paths = [Path(found.folder, place) for place in _DRIVERS]
-        path = next((one for one in paths if one.is_symlink() or one.is_file()), paths[0])
-        if any(one.is_symlink() for one in (path, path.parent, found.folder)):
+        path = next((file for file in paths if file.is_symlink() or file.is_file()), paths[0])
+        if any(place.is_symlink() for place in (path, path.parent, found.folder)):
             found.contained.append(f"the link {printable(str(path))} is not followed")
         elif path.is_file():
             # The name of a page; "index" is that of the round itself.

@@ -75,7 +75,7 @@ export class Picture {
   #draw() {
     if (this.#waiting === null || document.hidden) return;
     const { image, number, wall, stamp } = this.#waiting;
-    const [hasMask, hasOverlay] = [this.#mask, this.#overlay].map((one) => one && Math.abs(one.stamp - stamp) < OVERLAY_LASTS_S);
+    const [hasMask, hasOverlay] = [this.#mask, this.#overlay].map((layer) => layer && Math.abs(layer.stamp - stamp) < OVERLAY_LASTS_S);
     this.#waiting = null;
     if (this.#canvas.width !== image.width || this.#canvas.height !== image.height) {
       [this.#canvas.width, this.#canvas.height] = [image.width, image.height];

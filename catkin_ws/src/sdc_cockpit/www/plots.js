@@ -61,11 +61,11 @@ export class Plots {
   #draw() {
     const t = this.#last;
     this.#old -= 1;
-    const one = this.#next;
-    this.#next = one === this.#speed ? this.#error : this.#speed;
-    one.options.scales.x.display = true;
-    one.options.scales.x.min = t - WINDOW_S;
-    one.options.scales.x.max = t;
-    one.update("none");
+    const chart = this.#next;
+    this.#next = chart === this.#speed ? this.#error : this.#speed;
+    chart.options.scales.x.display = true;
+    chart.options.scales.x.min = t - WINDOW_S;
+    chart.options.scales.x.max = t;
+    chart.update("none");
   }
 }

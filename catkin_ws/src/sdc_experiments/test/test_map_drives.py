@@ -149,7 +149,7 @@ def test_cost_of_the_lab_chooses_on_the_streets():
         drive_result(map="town", seed=1, sim_options=hazard, planner_options=chosen)
         for chosen in (options, {})
     ]
-    assert [one.metrics["status"] for one in driven] == 2 * ["completed"]
+    assert [result.metrics["status"] for result in driven] == 2 * ["completed"]
     assert not np.array_equal(driven[0].rows, driven[1].rows)
 
 

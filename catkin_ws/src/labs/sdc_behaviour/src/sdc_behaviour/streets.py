@@ -44,8 +44,9 @@ def score(
             least_ttc_s=float(meets_s[n]),
             accelerations_mps2=np.diff(result.speed_mps[:, n]) / STEP_S,
         )
+        total = cost(outcome)
         # Of what must not be, the car takes the slowest.
-        slowly = cost(outcome) >= 1.0 and proposal.share > 0.0
-        costs_m.append(_WORST_M * (cost(outcome) + slowly))
+        is_too_fast = total >= 1.0 and proposal.share > 0.0
+        costs_m.append(_WORST_M * (total + is_too_fast))
     terms = {"cost": np.array(costs_m), "new_way": scored.terms["new_way"]}
     return Scored(terms, np.zeros(len(proposals)), scored.met, scored.takes_from)

@@ -261,7 +261,7 @@ def _libraries() -> list[str]:
     """Return the folders of Python modules, without the one of the command or of a test."""
     folders = os.environ.get("PYTHONPATH", "").split(os.pathsep)
     # A virtual environment, and the Python that it is made of.
-    folders += [one for one in (sys.prefix, sys.base_prefix) if one != "/usr"]
+    folders += [folder for folder in (sys.prefix, sys.base_prefix) if folder != "/usr"]
     return [os.path.realpath(one) for one in folders if one and os.path.isdir(one)]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from sdc_common.driving import DetectedObstacle
 from sdc_map.crossings import BESIDE_M, OVER_M, Conflict, Crossing
 from sdc_map.network import LanePlace
-from sdc_package.behaviour.predict import STEP_S, TIMES_S, Predictor, may_reach, reaches_s
+from sdc_package.behaviour.predict import STEP_S, TIMES_S, Predictor, reaches_s, reaching
 from sdc_package.behaviour.road import ALONG_RAD
 from sdc_package.behaviour.scene import AT_REST_MPS, StreetScene
 
@@ -30,9 +30,7 @@ def claims_of(scene: StreetScene, predictor: Predictor) -> list[Claim]:
     """Return the road users on ways that meet that of the car in the next junctions."""
     found: list[Claim] = []
     for crossing in scene.crossings:
-        for number, user in enumerate(scene.obstacles):
-            if not may_reach(scene, user, crossing.line_m):
-                continue
+        for number, user in reaching(scene, crossing.line_m):
             place = predictor.place_of(user)
             waits = user.speed_mps < AT_REST_MPS
             if place is None or (waits and scene.has_waited) or _is_ahead(scene, user):

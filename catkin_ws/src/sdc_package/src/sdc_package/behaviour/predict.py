@@ -101,9 +101,7 @@ class Predictor:
         """
         seen = scene.settings.prediction
         users, names, poses = [], [], []
-        for number, user in enumerate(scene.obstacles):
-            if not may_reach(scene, user, scene.s_m):
-                continue
+        for number, user in reaching(scene, scene.s_m):
             stop_m = stops_m.get(number, math.inf)
             for name in (GOES_ON, UNSEEN) if number in stops_m else (GOES_ON,):
                 users.append(number)
@@ -172,11 +170,13 @@ class Predictor:
         return Onward(s_m, line[:, :2], np.interp(s_m, middle, heading), line[:, 2])
 
 
-def may_reach(scene: StreetScene, user: DetectedObstacle, s_m: float) -> bool:
-    """Return whether a road user and the car may both come to a place of the route in time."""
-    reach_m = scene.soon_m + TIMES_S[-1] * user.speed_mps
+def reaching(scene: StreetScene, s_m: float) -> Iterator[tuple[int, DetectedObstacle]]:
+    """Yield the road users, with their indices, that may come to a place of the route in time."""
     place = scene.road.route.line.point_at(s_m)
-    return math.dist((user.x_m, user.y_m), place) <= reach_m
+    for number, user in enumerate(scene.obstacles):
+        reach_m = scene.soon_m + TIMES_S[-1] * user.speed_mps
+        if math.dist((user.x_m, user.y_m), place) <= reach_m:
+            yield number, user
 
 
 def acceleration_mps2(scene: StreetScene, user: DetectedObstacle) -> float:

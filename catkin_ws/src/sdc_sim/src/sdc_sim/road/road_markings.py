@@ -107,4 +107,6 @@ def speed_colours(speeds_mps: Sequence[float] | np.ndarray, full_speed_mps: floa
         (N, 3) red, green and blue in 0..1
     """
     share = np.asarray(speeds_mps, dtype=float) / full_speed_mps
-    return np.stack([np.interp(share, (0.0, 0.5, 1.0), one) for one in zip(*SPEED_COLOURS)], -1)
+    return np.stack(
+        [np.interp(share, (0.0, 0.5, 1.0), values) for values in zip(*SPEED_COLOURS)], -1
+    )
