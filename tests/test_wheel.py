@@ -87,6 +87,7 @@ def run(python, code, *arguments):
     return done.stdout
 
 
+@pytest.mark.slow(3)
 def test_drive_needs_no_ros_and_nothing_that_other_systems_lack():
     run(sys.executable, HIDE, *SOURCES)
 

@@ -107,6 +107,7 @@ def test_zips_of_every_form_are_found_or_named(tmp_path, workspace):
         copy_workspace(tmp_path / "lzma.zip", tmp_path / "lzma" / "copy")
 
 
+@pytest.mark.slow(2)
 def test_strange_files_of_an_older_workspace_are_copied_as_they_are(tmp_path, workspace):
     """The check of each file names what is wrong with it; the marker is not the student's."""
     package = workspace / "src/sdc_package"

@@ -54,6 +54,7 @@ def test_map_is_drawn(tmp_path, monkeypatch, capsys):
     assert status == 0 and picture.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow(1)
 @pytest.mark.parametrize("words", [("none.osm",), ("town", "--picture", "/none/a.png")])
 def test_file_that_cannot_be_used_is_one_line(monkeypatch, capsys, words):
     status, _, errors = check(monkeypatch, capsys, *words)

@@ -70,6 +70,7 @@ def test_towns_load_and_are_connected():
     assert len(first.driving) != len(other.driving)
 
 
+@pytest.mark.slow(2)
 def test_same_seed_draws_the_same_bytes(tmp_path, monkeypatch):
     with open(map_file("random:4"), "rb") as file:
         first = file.read()

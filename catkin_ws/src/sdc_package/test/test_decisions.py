@@ -121,6 +121,7 @@ def test_car_that_waits_long_enough_starts_before_one_that_does_not_move(crossin
     assert not gives_way(planner)
 
 
+@pytest.mark.slow(2)
 @pytest.mark.parametrize(("speed_mps", "expected"), [(9.0, True), (6.0, False)])
 def test_car_gives_way_to_one_that_could_only_brake_hard_for_it(town, speed_mps, expected):
     points_m, route, found = next(

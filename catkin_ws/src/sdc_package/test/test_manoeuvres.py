@@ -18,6 +18,8 @@ from street_drives import (
 
 from sdc_map.network import BROKEN, SOLID
 
+pytestmark = pytest.mark.slow(20)
+
 
 def test_car_passes_one_at_rest_and_returns():
     rows = drive(two_way(), [Other(100.0)], 25.0)
@@ -53,7 +55,6 @@ def test_car_overtakes_on_the_next_lane_after_a_faster_one():
     assert rows[-1, 1] > 50.0 + 4.0 * 30.0
 
 
-@pytest.mark.slow(3)
 @pytest.mark.parametrize("behind_m", [50.0, 60.0, 70.0, 80.0])
 def test_car_makes_room_for_an_ambulance(behind_m):
     ambulance = Other(-behind_m, 0.0, 18.0, kind="ambulance", size=(5.9, 2.0))
@@ -105,7 +106,6 @@ def test_car_alone_changes_lanes_with_its_route_without_braking():
         assert planner.way.until_m == 0.0 and path.points[0][2] > 11.0
 
 
-@pytest.mark.slow(2)
 def test_car_that_passes_one_waits_with_room_before_the_next_one():
     def cone(x_m, y_m, number, width_m=0.5):
         return Other(x_m, y_m, number=number, kind="obstacle", size=(0.5, width_m))

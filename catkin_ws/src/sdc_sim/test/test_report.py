@@ -64,6 +64,7 @@ def test_page_is_complete_or_absent(tmp_path, result, extension):
     assert not (tmp_path / f"report{extension}").exists()
 
 
+@pytest.mark.slow(2)
 @pytest.mark.parametrize(
     ("sim", "way"),
     [

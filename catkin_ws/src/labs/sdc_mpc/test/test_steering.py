@@ -93,6 +93,7 @@ def test_filter_trusts_positions_without_noise():
     assert max(errors) < 0.0012  # with the greatest noise it is 0.0017
 
 
+@pytest.mark.slow(1)
 @needs_osqp
 @pytest.mark.parametrize("curvature", [1 / 150.0, -1 / 150.0])
 def test_car_on_a_circle_keeps_no_error(curvature):
@@ -110,6 +111,7 @@ def test_delay_of_the_commands_is_found_and_compensated(delay, assumed_s):
     assert np.abs(errors[-100:]).max() < 0.02
 
 
+@pytest.mark.slow(1)
 @needs_osqp
 def test_noise_of_the_position_is_filtered():
     _, errors, wheels = follow(circle(1 / 150.0, 18.0), 18.0, 2, 400, 0.05, 0.6, delay_s=0.1)

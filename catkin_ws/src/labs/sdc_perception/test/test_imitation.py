@@ -61,6 +61,7 @@ def write_bag(path, pictures=True):
                 bag.write(PICTURES, picture, stamp)
 
 
+@pytest.mark.slow(1)
 def test_bag_gives_five_pictures_a_second_with_their_answers(tmp_path):
     write_bag(tmp_path / "drive.bag")
     found = bag_samples(str(tmp_path / "drive.bag"), 2.0, 5.0)
