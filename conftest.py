@@ -20,6 +20,8 @@ if importlib.util.find_spec("sdc_common") is None:
 
 # The examples are the same in every run. No deadline: a busy machine is no failure.
 settings.register_profile("workshop", derandomize=True, deadline=None)
+# The first examples of these: ./test --quick
+settings.register_profile("quick", max_examples=20, derandomize=True, deadline=None)
 # New examples in each run, and many: HYPOTHESIS_PROFILE=nightly ./test -k fuzz
 settings.register_profile(
     "nightly",
