@@ -239,6 +239,15 @@ def test_lanes_lead_on_over_a_direct_junction(tmp_path, name):
     assert [*network.findings.lines()] == ([unlinked] if name == "exit" else [])
 
 
+def test_traffic_drives_on_the_lines_of_the_network(tmp_path):
+    sumolib = pytest.importorskip("sumolib")
+    network = load_network(write(tmp_path, _DIRECT["exit"]))  # netconvert leaves gaps of 38 m
+    net = sumolib.net.readNet(network.net_path, withInternal=True)
+    for one in network.driving:
+        shape = np.array(net.getLane(one.id).getShape())
+        assert shape[[0, -1]] == pytest.approx(one.points_m[[0, -1]], abs=0.5)
+
+
 def test_positions_ignore_projection_and_offset(tmp_path):
     header = '<geoReference>+proj=tmerc +lat_0=49</geoReference><offset x="500" y="9"/>'
     path = write(tmp_path, opendrive("<line/>", 80, lane(-1), header=header))

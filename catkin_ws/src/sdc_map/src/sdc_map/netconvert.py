@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from sdc_common.geometry.road_line import arc_lengths
 from sdc_map.findings import Findings
 from sdc_map.mirror import move_net
 from sdc_map.opendrive_file import read_opendrive, shift_to_origin
@@ -138,13 +139,32 @@ def _moved(path: str, root: ElementTree.Element, findings: Findings) -> tuple[st
     is_left = move_net(root, shift_m)
     if not (findings.places or is_left):
         return path, False
+    return _kept(root), is_left
+
+
+def net_with_lines(path: str, lines_m: dict[str, np.ndarray]) -> str:
+    """Return the path of a copy of a network of SUMO with other lines of lanes, (N, 3) [m]."""
+    root = ElementTree.parse(path).getroot()
+    for lane in root.iter("lane"):
+        name = lane.get("id", "")
+        if name in lines_m:
+            line_m = lines_m[name]
+            points = (f"{x:.2f},{y:.2f},{z:.2f}" for x, y, z in line_m.tolist())
+            lane.set("shape", " ".join(points))
+            if name[0] == ":":  # the lanes of an edge have one length in SUMO
+                lane.set("length", f"{arc_lengths(line_m[:, :2])[-1]:.2f}")
+    return _kept(root)
+
+
+def _kept(root: ElementTree.Element) -> str:
+    """Return the path of a network in the cache."""
     content = _text(root)
 
     def make(made: str) -> None:
         with open(os.path.join(made, "map.net.xml"), "wb") as file:
             file.write(content)
 
-    return os.path.join(cached(content, make), "map.net.xml"), is_left
+    return os.path.join(cached(content, make), "map.net.xml")
 
 
 def _text(root: ElementTree.Element) -> bytes:

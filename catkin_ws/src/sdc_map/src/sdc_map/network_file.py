@@ -29,7 +29,7 @@ from sdc_map.findings import Findings
 from sdc_map.joints import joint
 from sdc_map.map_file import map_file
 from sdc_map.mirror import mirrored
-from sdc_map.netconvert import map_source
+from sdc_map.netconvert import map_source, net_with_lines
 from sdc_map.network import (
     BICYCLE,
     BROKEN,
@@ -55,9 +55,8 @@ from sdc_map.sumo_programs import MapError
 
 # Lanes with a lower limit, such as those of car parks in SUMO, are not for cars.
 _SLOWEST_MPS = 2.0
-# netconvert's line of a lane, on which traffic drives, is beside that of the file by more [m].
+# Traffic drives on the lines of netconvert where those of the network are nearer [m].
 _BESIDE_M = 0.5
-_BESIDE = f"lanes whose line in netconvert, that of traffic, is over {_BESIDE_M} m beside"
 _REFUSED = "bends that no car can drive"
 # More lanes take more than a minute, and more than 2 GB.
 _MOST_LANES = 100_000
@@ -112,10 +111,23 @@ def _loaded(path: str, _: int) -> Network:
     if own is None:
         _name_unread(net, source.findings)
     network.net_path, network.findings = source.net_path, source.findings
+    if own is not None:
+        network.net_path = _net_of_traffic(net, network)
     for place in (one for places in source.findings.places.values() for one in places):
         line = own.line(place.road, "0", place.s_m, place.s_m) if own and place.road else None
         place.point_m = place.point_m if line is None else tuple(line[0, :2].tolist())
     return mirrored(network) if source.is_mirror else network
+
+
+def _net_of_traffic(net: Any, network: Network) -> str:
+    """Return SUMO's network with the lines of lanes that are elsewhere in ours."""
+    lines_m = {}
+    for name, lane in network.lanes.items():
+        shape_m = _points(net.getLane(name).getShape3D())[:, :2]
+        ends_m = np.hypot(*(lane.points_m[[0, -1]] - shape_m[[0, -1]]).T)
+        if max(*ends_m, *cKDTree(lane.points_m).query(shape_m)[0]) > _BESIDE_M:
+            lines_m[name] = np.column_stack([lane.points_m, lane.z_m])
+    return net_with_lines(network.net_path, lines_m) if lines_m else network.net_path
 
 
 def _check(net: Any) -> None:
@@ -168,18 +180,18 @@ def _network(
                 leads[start].append(following)
                 comes[following].append(start)
     lines = {name: _points(lane.getShape3D()) for name, lane in sources.items()}
-    found = {_BESIDE: [] if own is None else _take_lines_of_file(lines, sources, own, leads)}
+    if own is not None:
+        _take_lines_of_file(lines, sources, own, leads)
     lanes = [_lane(lane, lines[one], own, leads[one], comes[one]) for one, lane in sources.items()]
-    lanes, found[_REFUSED] = without_bends(_parted(lanes))
+    lanes, refused = without_bends(_parted(lanes))
     for edge in net.getEdges():
         for lane in edge.getLanes() if edge.getFunction() == "crossing" else ():
             line = RoadLane("", _points(lane.getShape())[:, :2], lane.getWidth(), 0.0)
             crosswalks.append(line.area_m)
     junctions = [_junction(net, node, leads) for node in net.getNodes()]
     bays, stops = _places(places, {lane.id: lane for lane in lanes})
-    for what, texts in found.items():
-        for text in texts:
-            findings.add(what, text)
+    for text in refused:
+        findings.add(_REFUSED, text)
     return Network(name, lanes, junctions, crosswalks, bays, stops)
 
 
@@ -234,25 +246,19 @@ def _points(shape: Any) -> np.ndarray:
 
 def _take_lines_of_file(
     lines: dict[str, np.ndarray], sources: dict, own: OpenDriveLanes, leads: dict[str, list[str]]
-) -> list[str]:
-    """Replace the centre lines of netconvert by those of OpenDRIVE, and return where both differ.
+) -> None:
+    """Replace the centre lines of netconvert by those of OpenDRIVE.
 
     netconvert cuts roads where its junctions begin, which overlap where a road is short, and gives
     a lane one width. A road has its whole length here, and lanes in junctions join both ends.
     """
-    beside = []
     outside = {name: lane for name, lane in sources.items() if name[0] != ":"}
     for name, lane in outside.items():
         road, number = _origin(lane)
         if road:
             line = own.line(road, number, *_ends_m(lane, own, road, number))
-            if line is None:
-                continue
-            distances_m = cKDTree(line[:, :2]).query(lines[name][:, :2])[0]
-            if distances_m.max() > _BESIDE_M:
-                x, y, _ = lines[name][np.argmax(distances_m)]
-                beside.append((-distances_m.max(), f"{name} at ({x:.0f}, {y:.0f})"))
-            lines[name] = _points(line)
+            if line is not None:
+                lines[name] = _points(line)
     for name, lane in outside.items():
         for connection in lane.getOutgoing():
             end = connection.getToLane().getID()
@@ -269,7 +275,6 @@ def _take_lines_of_file(
             cuts = shares / shares[-1] * s[-1]
             for one, first, last in zip(through, cuts, cuts[1:]):
                 lines[one] = _points(part_of(line, s, first, last))
-    return [f"{text} by {-distance_m:.1f} m" for distance_m, text in sorted(beside)]
 
 
 def _ends_m(lane: Any, own: OpenDriveLanes, road: str, number: str) -> list[float]:
