@@ -7,17 +7,43 @@ import math
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from sdc_common.geometry.route import Route, smooth_step
+from sdc_common.geometry.route import Route
 from sdc_package.street_settings import StreetSettings
 
 # Distances from the route that differ by less are the same [m].
 SAME_M = 0.15
 # A line so near to the route is back on it [m].
 _ON_ROUTE_M = 0.01
-# Peak of the second derivative of the smooth step.
+# Peak of the second derivative of a shift by 1 over a length of 1.
 _PEAK = 5.7735
 # A line that bends less is straight [1/m].
 _STRAIGHT = 1e-3
+# One that bends so much less than the route is parallel to it [1/m].
+_PARALLEL = 1e-4
+# Place, slope and bend of a line are read so far before and after a place [m].
+_STEP_M = 2.0
+
+
+def slope_and_bend(s_m: np.ndarray, line_m: np.ndarray, at_m: float) -> tuple[float, float, float]:
+    """Return place [m], slope and second derivative [1/m] of a line (N,) at an arc length."""
+    before_m, now_m, after_m = np.interp([at_m - _STEP_M, at_m, at_m + _STEP_M], s_m, line_m)
+    slope = (after_m - before_m) / (2.0 * _STEP_M)
+    return now_m, slope, (after_m - 2.0 * now_m + before_m) / _STEP_M**2
+
+
+def shift(
+    s_m: np.ndarray, line_m: np.ndarray, begin_m: float, to_m: float, length_m: float
+) -> np.ndarray:
+    """Return a line (N,) that leaves another one (N,) without a kink, and goes over to a distance.
+
+    It is the quintic polynomial of M. Werling et al. (Optimal Trajectory Generation for Dynamic
+    Street Scenarios in a Frenet Frame, ICRA 2010).
+    """
+    now_m, slope, bend = slope_and_bend(s_m, line_m, begin_m)
+    t = np.clip((s_m - begin_m) / length_m, 0.0, 1.0)
+    away_m = (now_m - to_m) * (1.0 + 3.0 * t + 6.0 * t * t)
+    away_m += slope * length_m * t * (1.0 + 3.0 * t) + 0.5 * bend * (length_m * t) ** 2
+    return np.where(s_m < begin_m, line_m, to_m + (1.0 - t) ** 3 * away_m)
 
 
 class OffsetPath:
@@ -70,11 +96,12 @@ class OffsetPath:
             speed_mps: speed of the car [m/s]
             room_m: distance within which it would be over, if the speed allows [m]
         """
-        s, now_m = self._route.s, self.offset_at(begin_m)
-        least_m, most_m = (self.shift_length_m(to_m - now_m, v) for v in (speed_mps, self._top_mps))
-        step = smooth_step(s, begin_m, max(least_m, min(room_m, most_m)))
-        before = np.where(s < begin_m, self.offset_m, now_m)
-        return before * (1.0 - step) + to_m * step
+        s = self._route.s
+        now_m, slope, _ = slope_and_bend(s, self.offset_m, begin_m)
+        least_m, most_m = (
+            self.shift_length_m(to_m - now_m, v, slope) for v in (speed_mps, self._top_mps)
+        )
+        return shift(s, self.offset_m, begin_m, to_m, max(least_m, min(room_m, most_m)))
 
     def out_to(
         self, to_m: float, s_m: float, begin_m: float, speed_mps: float, room_m: float
@@ -90,10 +117,18 @@ class OffsetPath:
                 return np.where(s < s[peak], self.offset_m, peak_m)
         return self.shifted(to_m, begin_m, speed_mps, room_m)
 
-    def shift_length_m(self, shift_m: float, speed_mps: float) -> float:
-        """Return the distance over which the car shifts across the road [m]."""
+    def shift_length_m(self, shift_m: float, speed_mps: float, slope: float = 0.0) -> float:
+        """Return the distance over which the car shifts across the road [m].
+
+        Args:
+            shift_m: how far it shifts, positive to the left [m]
+            speed_mps: its speed [m/s]
+            slope: its slope to the left at first; where it leads away, it takes longer
+        """
         least_m, most_mps2 = self._shifts.shift_m, self._shifts.shift_mps2
-        return max(least_m, speed_mps * math.sqrt(_PEAK * abs(shift_m) / most_mps2))
+        turns = max(-slope * math.copysign(1.0, shift_m), 0.0)
+        turning_m = 2.0 * turns * speed_mps**2 / most_mps2
+        return max(least_m, turning_m + speed_mps * math.sqrt(_PEAK * abs(shift_m) / most_mps2))
 
     def bend_mps(self, offset_m: np.ndarray, s_m: np.ndarray) -> np.ndarray:
         """Return the speeds (N,) with which the car follows the bends of a line beside the route.
@@ -102,7 +137,10 @@ class OffsetPath:
             offset_m: (N,) distance of the line from the route [m]
             s_m: (N,) arc lengths, 1 m apart [m]
         """
-        bend = np.abs(np.gradient(np.gradient(offset_m, s_m), s_m))
+        bend = np.gradient(np.gradient(offset_m, s_m), s_m)
+        road_bend = np.interp(s_m, self._route.s, self._route.curvature)
+        # Where it is parallel to the route, the speeds of the route are right.
+        bend = np.where(np.abs(bend) > _PARALLEL, np.abs(bend + road_bend), 0.0)
         bend = maximum_filter1d(bend, int(self._shifts.shift_m))
         square = 2.0 * self._shifts.shift_mps2 / np.maximum(bend, _STRAIGHT)
         # It brakes in time.

@@ -12,7 +12,7 @@ from typing import Iterator, Mapping, NamedTuple, Sequence
 import numpy as np
 
 from sdc_common.geometry.route import smooth_step
-from sdc_package.behaviour.offset_path import SAME_M
+from sdc_package.behaviour.offset_path import SAME_M, shift, slope_and_bend
 from sdc_package.behaviour.road import BEHIND_LINE, NOTHING, SAME
 from sdc_package.behaviour.scene import AT_REST_MPS, Stop, StreetScene
 
@@ -105,13 +105,15 @@ def _stays(scene: StreetScene) -> Iterator[CarWay]:
     begin_m = min(s_m + scene.soon_m, lane_end_m - length_m)
     if begin_m < s_m:
         return
-    y, route_y = float(scene.way_y[scene.here]), np.interp(s, road.s_m, road.route_y_m)
+    route_y = np.interp(s, road.s_m, road.route_y_m)
+    line_y = scene.way.offset_m + route_y
+    y, slope, _ = slope_and_bend(s, line_y, s_m)
     later, width_m = 1.0 - smooth_step(s, begin_m, length_m), scene.width_m
     # What has begun is taken back or completed.
     between = (y + SAME_M) / width_m, (y - SAME_M) / width_m
     for to_y in {width_m * math.floor(between[0]), width_m * math.ceil(between[1])}:
-        over = smooth_step(s, s_m, scene.way.shift_length_m(to_y - y, scene.speed_mps))
-        held = y + (to_y - y) * over - route_y
+        over_m = scene.way.shift_length_m(to_y - y, scene.speed_mps, slope)
+        held = shift(s, line_y, s_m, to_y, over_m) - route_y
         stay = np.where(s < s_m - 1.0, scene.way.offset_m, held * later)
         stop_m = math.inf if abs(np.interp(begin_m, s, held)) < SAME_M else begin_m
         yield CarWay(STAY, stay, {**way_costs(scene, stay), "new_way": 0.5}, stop_m)
