@@ -42,11 +42,17 @@ def learning(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
 
     one = gymnasium.make("SdcTown-v0", disable_env_checker=True)
     pictures = gymnasium.make("SdcTown-v0", disable_env_checker=True, observation="camera")
-    single = {"SdcTown-v0, one car": (one, 10 * _TICKS), "the same with pictures": (pictures, 400)}
+    steers = [np.array([0.36, steer], np.float32) for steer in (-0.02, 0.0, 0.02)]
+    single = {
+        "SdcTown-v0, one car": (one, 10 * _TICKS, steers),
+        "the same with pictures": (pictures, _TICKS, steers),
+    }
     if importlib.util.find_spec("highway_env"):
         importlib.import_module("highway_env")
         for name in ("highway-fast-v0", "racetrack-v0"):
-            single[f"highway-env's {name}"] = gymnasium.make(name), _TICKS // 4
+            other = gymnasium.make(name)
+            drawn = [other.action_space.sample() for _ in range(_TICKS // 4)]
+            single[f"highway-env's {name}"] = other, len(drawn), drawn
     vectors = {
         f"SdcRandomRoutes-v0, {_CARS:,} cars": (many(_CARS, id="SdcRandomRoutes-v0"), 20, _CARS),
         "SdcTraffic-v0, one thread": (many(_WORLDS, id="SdcTraffic-v0", threads=1), 40, _WORLDS),
@@ -58,7 +64,7 @@ def learning(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
     }
     warm = False
     while True:
-        rates = {name: _single_rate(car, steps) for name, (car, steps) in single.items()}
+        rates = {name: _single_rate(*row) for name, row in single.items()}
         for name, (cars, steps, count) in vectors.items():
             begin_s = time.perf_counter()
             for _ in range(steps):
@@ -70,16 +76,11 @@ def learning(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
         warm = True
 
 
-def _single_rate(car: Any, steps: int) -> float:
-    is_other = not car.spec.name.startswith("Sdc")  # of highway-env: what it draws
+def _single_rate(car: Any, steps: int, actions: list) -> float:
     car.reset(seed=0)
     begin_s = time.perf_counter()
     for tick in range(steps):
-        if is_other:
-            action = car.action_space.sample()
-        else:
-            action = np.array([0.36, 0.02 * (tick % 3 - 1)], np.float32)
-        *_, ended, truncated, _ = car.step(action)
+        *_, ended, truncated, _ = car.step(actions[tick % len(actions)])
         if ended or truncated:
             car.reset()
     return steps / (time.perf_counter() - begin_s)

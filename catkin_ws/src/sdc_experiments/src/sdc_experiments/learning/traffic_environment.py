@@ -213,7 +213,7 @@ class TrafficEnvironment(gymnasium.Env):
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Drive for a tick of 0.05 s."""
         actions = checked_action(action, (2,))[None]
-        seen, reward, ended, truncated, info = self._world.step(actions)
+        seen, reward, ended, truncated, info = self._world.drive(actions)
         return seen[0], reward.item(), ended.item(), truncated.item(), _first(info)
 
     def render(self) -> np.ndarray | None:

@@ -174,7 +174,13 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
         Raises:
             ValueError: the actions have another shape or are not finite, or there was no reset
         """
-        pedals, steer = obs.checked_action(actions, (self.num_envs, 2)).T
+        return self.drive(obs.checked_action(actions, (self.num_envs, 2)))
+
+    def drive(
+        self, actions: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Drive all cars for a tick by actions that are checked; see step."""
+        pedals, steer = actions.T
         if not self._was_reset:
             raise ValueError("the first step is before the first reset; call reset()")
         if self._autoreset is AutoresetMode.DISABLED and self._ended.any():
