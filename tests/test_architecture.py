@@ -44,6 +44,7 @@ SIM_LAYERS = {
 WITH_ROS = {"ros", "manual_control", "report"}
 # Modules that docker/prepare installs for one purpose only.
 OPTIONAL = {"casadi", "gymnasium", "libsumo", "osqp", "stable_baselines3", "sumolib", "torch"}
+OPTIONAL |= {"pyseccomp"}  # in the wheel; the workspace has Debian's seccomp
 # Debian's packages that are not named like their module.
 DEBIAN = {"PIL": "pil", "cv2": "opencv", "dask": "distributed", "ruamel": "ruamel.yaml"}
 # Launch files start these only where they are in the workspace.

@@ -596,5 +596,5 @@ def test_map_in_the_cache_needs_no_netconvert(tmp_path, monkeypatch):
 def test_missing_netconvert_is_one_line_that_names_the_fix(tmp_path, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
     path = write(tmp_path, _MAPS["line"].replace("3.5", "3.4"))
-    with pytest.raises(MapError, match="^netconvert .* is missing; run docker/prepare maps"):
+    with pytest.raises(MapError, match="^netconvert .* is missing; run .*maps"):
         load_network(path)

@@ -5,9 +5,6 @@ import sys
 
 import pytest
 
-from sdc_common.processes import isolated_ros_environment
-from sdc_testing.program import Program
-
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, HERE)
 
@@ -31,6 +28,8 @@ def bend(route, tmp_path):
 @pytest.fixture
 def environment(tmp_path):
     """Provide the environment of programs that belong to this test alone."""
+    from sdc_common.processes import isolated_ros_environment  # needs ROS
+
     with isolated_ros_environment(tmp_path / "ros") as variables:
         yield variables
 
@@ -38,6 +37,8 @@ def environment(tmp_path):
 @pytest.fixture
 def start(tmp_path):
     """Return a function that starts programs; end those that still run after the test."""
+    from sdc_testing.program import Program  # needs ROS
+
     programs = []
 
     def begin(command, environment, folder=tmp_path):

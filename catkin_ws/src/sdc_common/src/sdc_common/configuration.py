@@ -31,7 +31,7 @@ def how_to_install(extra: str) -> str:
     """Return how a user installs what a feature needs, an extra of pyproject.toml."""
     if os.path.basename(package_folder("sdc_common")) == "share":
         return f"run pip install 'sdc-workshop[{extra}]'"
-    step = "packages" if extra in ("cluster", "plots") else extra
+    step = "packages" if extra in ("cluster", "fast", "plots") else extra
     return f"run docker/prepare {step}, which needs a connection, and set up the terminal again"
 
 

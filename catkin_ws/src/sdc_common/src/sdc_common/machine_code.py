@@ -14,6 +14,8 @@ from functools import lru_cache
 from types import ModuleType
 from typing import Any, Callable
 
+from sdc_common.configuration import how_to_install
+
 
 @lru_cache(maxsize=1)
 def numba_module() -> ModuleType | None:
@@ -23,9 +25,9 @@ def numba_module() -> ModuleType | None:
         import numba
     except ImportError as error:
         warnings.warn(
-            f"simulations run about 40 times slower without Numba ({error}): install Debian's "
-            "python3-numba, and in a virtual environment a NumPy that it accepts, such as "
-            "'numpy<1.25'",
+            f"simulations run about 40 times slower without Numba ({error}); "
+            f"{how_to_install('fast')}; Debian's accepts no new NumPy of a virtual environment, "
+            "such as one from 1.25",
             RuntimeWarning,
             stacklevel=2,
         )

@@ -1,4 +1,7 @@
-"""Helpers of tests: wait for messages with a timeout, import the script of a node."""
+"""Helpers of tests: wait for messages with a timeout, import the script of a node.
+
+Tests run without ROS, too: what needs it is imported where it is used.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +12,6 @@ import threading
 from collections.abc import Callable
 from types import ModuleType
 from typing import Any
-
-import rospy
-
-from sdc_common.processes import wait_until
 
 # Characters of an unexpected message that an error shows: a picture has millions.
 _MAX_SHOWN = 2000
@@ -40,12 +39,16 @@ class MessageListener:
         self._collects = collects
         self.messages: list = []
         self._changed = threading.Condition()
+        import rospy
+
         self._subscriber = rospy.Subscriber(
             topic, message_class, self._on_message, tcp_nodelay=True
         )
 
     def wait_for_publisher(self, seconds: float = 15.0) -> None:
         """Wait until a publisher is connected; raise TimeoutError after `seconds`."""
+        from sdc_common.processes import wait_until
+
         wait_until(self._subscriber.get_num_connections, seconds, f"a publisher of {self.topic}")
 
     def _on_message(self, message: Any) -> None:
@@ -88,8 +91,10 @@ class MessageListener:
         )
 
 
-def wait_for_subscriber(publisher: rospy.Publisher, seconds: float = 15.0) -> None:
+def wait_for_subscriber(publisher: Any, seconds: float = 15.0) -> None:
     """Wait until a subscriber of `publisher` is connected; raise TimeoutError after `seconds`."""
+    from sdc_common.processes import wait_until
+
     wait_until(publisher.get_num_connections, seconds, f"a subscriber of {publisher.resolved_name}")
 
 

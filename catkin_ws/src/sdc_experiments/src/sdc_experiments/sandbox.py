@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
 from pathlib import Path
+from typing import Any
 
 _SYSTEM_FOLDERS = ("/usr", "/opt/ros")
 _SYSTEM_LINKS = ("/bin", "/sbin", "/lib", "/lib32", "/lib64", "/libx32")
@@ -24,13 +26,25 @@ class SandboxError(RuntimeError):
     """There is no sandbox on this machine; the message is one line with the fix."""
 
 
+def seccomp_module() -> Any:
+    """Return the module for filters of system calls, None without it or the library libseccomp."""
+    with contextlib.suppress(ImportError):
+        import seccomp
+
+        return seccomp
+    with contextlib.suppress(ImportError, RuntimeError):
+        import pyseccomp  # PyPI's, with the same functions
+
+        return pyseccomp
+    return None
+
+
 def write_filter(path: Path) -> None:
     """Write the filter of system calls.
 
     No user namespace, no memory that belongs to no process, no other processors.
     """
-    import seccomp
-
+    seccomp = seccomp_module()
     rules = seccomp.SyscallFilter(seccomp.ALLOW)
     no, flags = seccomp.ERRNO(errno.EPERM), (seccomp.MASKED_EQ, _NEW_USER, _NEW_USER)
     for name in ("unshare", "clone"):

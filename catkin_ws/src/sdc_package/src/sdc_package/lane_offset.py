@@ -77,7 +77,7 @@ class LaneFit:
         if found is None:
             return np.empty(0), np.empty(0)
         every = np.linspace(0, len(found) - 1, min(len(found), _MOST_PIXELS)).astype(int)
-        columns, rows = found[every, 0].T
+        columns, rows = found[every].reshape(-1, 2).T  # OpenCV 5 returns rows, OpenCV 4 one column
         y = self.camera_z_m * (1.0 - columns * 2.0 / width) / down[seen[rows]]
         return x[seen[rows]], y
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.util
 import os
 import pickle
 import re
@@ -30,7 +29,15 @@ from sdc_experiments.championship.host import (
     REFUSED,
 )
 from sdc_experiments.championship.mission import DriverMission
-from sdc_experiments.sandbox import USER_IDS, SandboxError, as_user, bound, identity, system
+from sdc_experiments.sandbox import (
+    USER_IDS,
+    SandboxError,
+    as_user,
+    bound,
+    identity,
+    seccomp_module,
+    system,
+)
 from sdc_map.sumo_programs import maps_folder
 
 MAX_SOURCE = 200_000  # bytes
@@ -269,7 +276,7 @@ def sandbox_problem() -> str:
     """Return what the sandbox lacks on this machine, "" if it is installed."""
     if shutil.which("bwrap") is None:
         return "bwrap is not installed"
-    return "" if importlib.util.find_spec("seccomp") else "the Python module seccomp is missing"
+    return "" if seccomp_module() else "the Python module seccomp is missing"
 
 
 def _in_sandbox(command: Sequence[str]) -> list[str]:
