@@ -24,6 +24,13 @@ def yaw_from_quaternion(q: Quaternion) -> float:
     return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
 
 
+def unit(q: Quaternion) -> Quaternion:
+    """Return a quaternion if it is a unit quaternion, else raise ValueError."""
+    if not 0.9 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 1.1:
+        raise ValueError("its orientation is not a unit quaternion")
+    return q
+
+
 def pose_and_speed(odometry: Odometry) -> tuple[float, float, float, float]:
     """Return x [m], y [m], yaw [rad] and speed [m/s] of an odometry message.
 
@@ -32,13 +39,9 @@ def pose_and_speed(odometry: Odometry) -> tuple[float, float, float, float]:
     Raises:
         ValueError: a number is not finite, or the orientation is not a unit quaternion
     """
-    position = odometry.pose.pose.position
-    q = odometry.pose.pose.orientation
-    velocity = odometry.twist.twist.linear
-    if not 0.9 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 1.1:
-        raise ValueError("its orientation is not a unit quaternion")
-    speed = math.hypot(velocity.x, velocity.y)
-    numbers = (position.x, position.y, yaw_from_quaternion(q), speed)
+    position, velocity = odometry.pose.pose.position, odometry.twist.twist.linear
+    yaw = yaw_from_quaternion(unit(odometry.pose.pose.orientation))
+    numbers = (position.x, position.y, yaw, math.hypot(velocity.x, velocity.y))
     if not all(map(math.isfinite, numbers)):
         raise ValueError("one of its numbers is not finite")
     return numbers

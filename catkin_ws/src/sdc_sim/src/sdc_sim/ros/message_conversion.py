@@ -24,7 +24,7 @@ from std_msgs.msg import Header
 from sdc_common.driving import Command, quaternion
 from sdc_common.geometry.geodesy import geodetic_from_map
 from sdc_common.ros import odometry
-from sdc_common.ros.odometry import yaw_from_quaternion
+from sdc_common.ros.odometry import unit, yaw_from_quaternion
 from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.sensors.model import (
@@ -83,13 +83,6 @@ def map_pose(frame_id: str, pose: Pose) -> tuple[float, float, float]:
         ValueError: as map_point, or the orientation is not a unit quaternion
     """
     return *map_point(frame_id, pose.position), yaw_from_quaternion(unit(pose.orientation))
-
-
-def unit(q: Quaternion) -> Quaternion:
-    """Return a quaternion if it is a unit quaternion, else raise ValueError."""
-    if not 0.9 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 1.1:
-        raise ValueError("its orientation is not a unit quaternion")
-    return q
 
 
 def command_of(message: Any) -> Command:

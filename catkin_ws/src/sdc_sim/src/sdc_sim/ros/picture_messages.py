@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 
+from sdc_common.ros.odometry import unit
 from sdc_sim.camera.camera_model import CameraModel
-from sdc_sim.ros.message_conversion import unit
 
 # Limits of the spectator's camera: the renderer draws a view near the horizon.
 _MAX_SPECTATOR_M = 50.0
