@@ -16,9 +16,9 @@ from sdc_map.lane_graph import LaneGraph, NoRouteError
 from sdc_map.network_file import load_network
 from sdc_package.car import MissionDriver
 from sdc_package.local_planner import PlannerSettings
-from sdc_sim.runner import isolated_drive, prepare
+from sdc_sim.runner import isolated_drive, launch_arguments, prepare
 from sdc_sim.scenario.drive_setup import drive_setup
-from sdc_sim.scenario.map_drive import first_mission, launch_arguments
+from sdc_sim.scenario.map_drive import first_mission
 from sdc_sim.scenario.reader import load_scenario
 from sdc_testing.street_maps import has_libsumo, needs_maps, needs_traffic, town
 

@@ -38,7 +38,8 @@ from sdc_map.network_file import load_network
 from sdc_sim.catkin_workspace import WorkspaceError, check_stack, workspace_environment
 from sdc_sim.report.writer import EVENTS, companion, complete_report, is_complete
 from sdc_sim.scenario.acceptance_limits import read_report, violations
-from sdc_sim.scenario.map_drive import launch_arguments
+from sdc_sim.scenario.drive_setup import drive_setup
+from sdc_sim.scenario.map_drive import given_points
 from sdc_sim.scenario.packaged import (
     find_packaged,
     find_route,
@@ -57,6 +58,39 @@ _LOG_TAIL_LINES = 25
 _LEFT_BEHIND_S = 10.0
 # Environment variables of the ROS master of a drive.
 _NETWORK = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOME")
+
+
+def launch_arguments(report: str, given: dict[str, str]) -> dict[str, str]:
+    """Write the first mission on a map beside the report; return the arguments of all.launch.
+
+    Raises:
+        ValueError: an argument is not valid, or a goal cannot be reached
+    """
+    options = parse_options(given.get("sim_options") or "{}")
+    for name in ("seed", "traffic"):
+        if not given.get(name):
+            continue
+        number = int(given[name]) if given[name].isdecimal() else -1
+        if options.setdefault(name, number) != number or number < 0:
+            text = f"must be a number of at least 0, and no other than the {name} in sim_options"
+            raise ValueError(f"{name}:={given[name]}: {text}")
+    given = {**given, "sim_options": options_text(options)}
+    if not given.get("map"):
+        return given
+    start, wanted = given_points("start", given), given_points("goal", given)
+    begin = start[0] if start else None
+    setup = drive_setup("", None, options, given["map"], begin, wanted or None)
+    path = os.path.splitext(os.path.abspath(report))[0] + ".route.csv"
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    # The y axis of a waypoint file points to the right.
+    np.savetxt(path, setup.waypoints_m * (1.0, -1.0), fmt="%.6f", delimiter=",")
+    goals = setup.missions.goals if setup.missions else ()
+    return {
+        **given,
+        "waypoints_path": path,
+        "map": setup.parameters["map_path"],
+        "goal": str([list(map(float, goal)) for goal in goals]),
+    }
 
 
 def prepare(scenario: Scenario, report_path: str, given: Mapping[str, str]) -> dict[str, str]:
