@@ -157,7 +157,7 @@ def test_unknown_lack_is_refused():
 @pytest.mark.slow(3)
 @needs_maps
 def test_plan_of_a_type_has_the_car_on_its_route_towards_the_right():
-    plan = picture_of("ParkingCutIn", map_file("town"), 1, "", "")
+    plan = picture_of("ParkingCutIn", map_file("town"), 1, {})
     (place,), degrees, length_m, width_m = plan["boxes"][-1]
     assert max(map(abs, place)) < 20.0 and abs(degrees) < 20.0 and (length_m, width_m) == (4.7, 2.0)
     route = plan["route"]

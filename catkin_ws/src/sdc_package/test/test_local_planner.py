@@ -3,12 +3,8 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from planned_roads import SETTINGS, straight
 
-from sdc_common.geometry.route import Route
-from sdc_common.planning.speed_profile import limited_speeds
 from sdc_package.local_planner import LocalPlanner, OffRouteError
 from sdc_package.waypoint_search import WaypointSearch
 
@@ -24,27 +20,6 @@ def planner(points, **changes):
 
 def path_ahead(local, x, y, yaw):
     return local.plan(WaypointSearch(local.route.points).first_ahead(x, y), x, y, yaw)
-
-
-@given(st.lists(st.tuples(st.floats(1.0, 20.0), st.floats(-0.15, 0.15)), min_size=1, max_size=15))
-def test_speed_profile_keeps_every_limit_on_any_route(pieces):
-    curvature = np.concatenate(
-        [np.full(max(1, int(length)), bending) for length, bending in pieces]
-    )
-    heading = np.cumsum(curvature)
-    route = Route(
-        np.vstack(
-            [[0.0, 0.0], np.column_stack([np.cumsum(np.cos(heading)), np.cumsum(np.sin(heading))])]
-        )
-    )
-    limits = SETTINGS.limits
-    speed, _ = limited_speeds(route.s, route.curvature, limits)
-    assert speed[-1] == 0.0
-    assert (speed <= limits.cruise_mps).all()
-    assert (speed**2 * np.abs(route.curvature) <= limits.lateral_mps2 + 1e-9).all()
-    change = np.diff(speed**2) / (2.0 * np.diff(route.s))
-    assert (change <= limits.acceleration_mps2 + 1e-9).all()
-    assert (change >= -limits.braking_mps2 - 1e-9).all()
 
 
 def test_path_starts_ahead_of_the_car_and_ends_at_the_lookahead_distance():

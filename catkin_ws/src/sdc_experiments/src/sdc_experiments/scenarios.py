@@ -48,9 +48,12 @@ def _seeds(text: str) -> range:
 
 
 def drive(
-    name: str, path: str, seed: int, lacking: str, score: str
+    name: str, path: str, seed: int, car: Mapping[str, Any]
 ) -> tuple[Placement, DriveEvaluation]:
-    """Drive a type on a map; the evaluation has the road users of each half second."""
+    """Drive a type on a map with a car, by the arguments of drive_result that describe it.
+
+    The evaluation has the road users of each half second.
+    """
     placed, scene = of_map(path, name, seed), []
     result = drive_result(
         map=path,
@@ -59,8 +62,7 @@ def drive(
         longest_s=placed.limit_s,
         observe=lambda one: scene.append((1e-9 * one.stamp_ns, one.obstacles)),
         compiled=True,
-        lacking=lacking,
-        planner_options={"score_function": score},
+        **car,
     )
     result.scene[OBSTACLES] = [
         (time_s, [[one.id, *one.rectangle[:5]] for one in obstacles])
@@ -69,11 +71,9 @@ def drive(
     return placed, result
 
 
-def drive_row(
-    name: str, path: str, seed: int, lacking: str, score: str, driver: str
-) -> dict[str, Any]:
+def drive_row(name: str, path: str, seed: int, car: Mapping, driver: str) -> dict[str, Any]:
     """Drive a type in this process, and return its row of the results."""
-    placed, result = drive(name, path, seed, lacking, score)
+    placed, result = drive(name, path, seed, car)
     trace = np.ascontiguousarray(result.rows, dtype="<f8").tobytes()
     return row_of(name, seed, driver, placed.limit_s, result.metrics, trace)
 
@@ -112,16 +112,16 @@ def row_of(name: str, seed: int, driver: str, limit_s: float, metrics: dict, tra
     }
 
 
-def page_of(name: str, path: str, seed: int, lacking: str, score: str) -> str:
+def page_of(name: str, path: str, seed: int, car: Mapping) -> str:
     """Drive a type, and return the page of the drive."""
     from sdc_sim.report.html_page import html_of  # Matplotlib is slow to import
 
-    return html_of(drive(name, path, seed, lacking, score)[1])
+    return html_of(drive(name, path, seed, car)[1])
 
 
-def picture_of(name: str, path: str, seed: int, lacking: str, score: str) -> dict[str, Any]:
+def picture_of(name: str, path: str, seed: int, car: Mapping) -> dict[str, Any]:
     """Drive a type, and return its plan: lines and boxes in metres, with the event at (0, 0)."""
-    placed, result = drive(name, path, seed, lacking, score)
+    placed, result = drive(name, path, seed, car)
     event_m, way_m = np.array(placed.event_m), placed.mission_m
     at = int(np.argmin(np.hypot(*(way_m - event_m).T)))
     yaw_rad = math.atan2(*(way_m[at:][:3][-1] - way_m[: at + 1][-3:][0])[::-1])
@@ -228,37 +228,39 @@ def drive_types(options: SimpleNamespace) -> int:
     paths = {one: f"{RANDOM}:{one}" if is_drawn else map_file(options.map) for one in seeds}
     load_network(paths[seeds[0]])
     page.parent.mkdir(parents=True, exist_ok=True)
-    is_stack, car = options.stack, ("" if options.behaviour else "signs", options.score)
-    count = cores()
+    is_stack, lacking = options.stack, "" if options.behaviour else "signs"
+    car = {"lacking": lacking, "planner_options": {"score_function": options.score}}
     places = [(name, paths[seed], seed) for name in names for seed in seeds]
     others = [(name, paths[seed], seed) for name in names for seed in seeds[: options.naive]]
     problems: list[str] = []
-    with DaskEngine(options.scheduler, count) as engine:
+    with DaskEngine(options.scheduler, cores()) as engine:
         engine.check(worker_problem, code_version(), [] if is_drawn else [paths[seeds[0]]])
         results = partial(_results, engine, problems)
         began_s = time.monotonic()
-        own = () if is_stack else [(*one, *car, OWN) for one in places]
+        own = () if is_stack else [(*one, car, OWN) for one in places]
         rows = [drive_nodes(*one, options) for one in places if is_stack]
         rows = rows or results("drives", drive_row, own)
         if not rows:
             raise ValueError(problems[0])
         driven = sorted(rows, key=lambda row: (row["success"], row["driving_score"]))[:_WORST]
         if options.behaviour:
-            naive_drives = [(*one, table[one[0]]["naive"], "", NAIVE) for one in others]
+            naive_drives = [(*one, {"lacking": table[one[0]]["naive"]}, NAIVE) for one in others]
             rows += results("naive drives", drive_row, naive_drives)
         took_s, result = time.monotonic() - began_s, summary(rows)
         files = [page.with_name(f"{row['type']}_{row['seed']}.html") for row in driven if is_stack]
         shown = () if is_stack else [(row["type"], row["seed"]) for row in driven]
         pages = [one.read_text(encoding="utf-8") for one in files]
-        worst = [(name, paths[seed], seed, *car) for name, seed in shown]
+        worst = [(name, paths[seed], seed, car) for name, seed in shown]
         pages = pages or results("pages", page_of, worst)
         seed_of = {row["type"]: row["seed"] for row in rows[::-1] if row["driver"] != NAIVE}
-        first = [(name, paths[seed_of[name]], seed_of[name], *car) for name in result["types"]]
+        first = [(name, paths[seed_of[name]], seed_of[name], car) for name in result["types"]]
         pictures = dict(zip(result["types"], results("plans", picture_of, first)))
     write(page, rows, result, options=options, worst=list(zip(driven, pages)), pictures=pictures)
     print_result(result, problems)
     driven_s = sum(row["duration_s"] for row in rows)
-    print(f"scenarios: {driven_s:.0f} s of driving in {took_s:.0f} s on {count} cores; see {page}")
+    print(
+        f"scenarios: {driven_s:.0f} s of driving in {took_s:.0f} s on {cores()} cores; see {page}"
+    )
     last = "driving score {driving_score:.1f}, success {success_percent:.1f} %".format(**result)
     print(f"scenarios: {result['drives']} drives of {len(result['types'])} types, {last}")
     return 1 if problems or result["broken"] else 0
