@@ -9,14 +9,11 @@ from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.route import Route, chord_directions
 
 
-def circle(radius, angle, spacing=1.0, noise=0.0, seed=0):
+def circle(radius, angle, spacing=1.0):
     """An arc to the left from the origin, heading along x."""
     count = int(radius * angle / spacing) + 1
     turned = np.linspace(0.0, angle, count)
-    points = np.column_stack([radius * np.sin(turned), radius * (1.0 - np.cos(turned))])
-    return (
-        points + np.random.default_rng(seed).normal(0.0, noise, points.shape) if noise else points
-    )
+    return np.column_stack([radius * np.sin(turned), radius * (1.0 - np.cos(turned))])
 
 
 @given(st.floats(-1e4, 1e4))

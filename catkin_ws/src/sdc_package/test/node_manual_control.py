@@ -49,9 +49,9 @@ class ManualControlTest(unittest.TestCase):
         cls.close_client()
 
     @classmethod
-    def close_client(cls, with_signal=signal.SIGINT):
+    def close_client(cls):
         if cls.client and cls.client.poll() is None:
-            cls.client.send_signal(with_signal)
+            cls.client.send_signal(signal.SIGINT)
             cls.client.communicate(timeout=LIMIT_S)
         ManualControlTest.client = None
 

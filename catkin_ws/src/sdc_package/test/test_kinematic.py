@@ -3,8 +3,8 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from planned_roads import path_of
 
-from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.kinematic import ChainedForm, KinematicSteering
 
@@ -17,12 +17,6 @@ AHEAD = pytest.approx(0.0, abs=1e-12)
 
 def steering(axles=AXLES, preview_s=0.0):
     return KinematicSteering(axles, convergence_m=2.5, convergence_s=0.3, preview_s=preview_s)
-
-
-def path_of(points):
-    path = ReferencePath()
-    path.update([(x, y, SPEED) for x, y in points])
-    return path
 
 
 # A straight line through the origin with this heading, and a way to name places beside it.

@@ -3,9 +3,9 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from planned_roads import path_of
 
 from sdc_common.geometry.polyline import Polyline
-from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.pure_pursuit import (
     PurePursuitSteering,
@@ -51,12 +51,6 @@ def test_look_ahead_point_in_every_place_of_the_line(x, y, distance, goal):
 
 def steering(axles=AXLES, **changes):
     return PurePursuitSteering(axles, **{**PARAMETERS, **changes})
-
-
-def path_of(points):
-    path = ReferencePath()
-    path.update([(x, y, 5.0) for x, y in points])
-    return path
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,8 @@ import pytest
 import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from planned_roads import path_of
 
-from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import METHODS, load_steering
 from sdc_package.steering.method import predicted_pose
@@ -36,12 +36,6 @@ def build(method, axles=STIFF, **changes):
     if method not in ("kinematic", "mpc") and axles is STIFF and not changes:
         return BUILT[method]
     return load_steering(method, {**CONFIG[method], **changes}, axles)
-
-
-def path_of(points, speed=5.0):
-    path = ReferencePath()
-    path.update([(x, y, speed) for x, y in points])
-    return path
 
 
 def bend(curvature, count=30):

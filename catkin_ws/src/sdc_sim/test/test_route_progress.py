@@ -21,15 +21,15 @@ def started(limits=LIMITS):
     return RouteProgress(STRAIGHT, limits, timeout_s=300.0)
 
 
-def drive_straight(speed=10.0, offset=0.0, stop_at=100.0, rest_s=5.0, tick=0.05, limits=LIMITS):
+def drive_straight(speed=10.0, offset=0.0, stop_at=100.0, limits=LIMITS):
     drive = started(limits)
     time, x = 0.0, 0.0
     while drive.status is None and time < 400.0:
         now = speed if x < stop_at else 0.0
         drive.update(time, x, offset, 0.0, now)
-        x = min(stop_at, x + now * tick)
-        time += tick
-        if now == 0.0 and time > stop_at / speed + rest_s and rest_s < 10.0:
+        x = min(stop_at, x + now * 0.05)
+        time += 0.05
+        if now == 0.0 and time > stop_at / speed + 5.0:
             break
     return drive
 
@@ -89,16 +89,10 @@ def test_drive_that_passes_the_end_is_not_completed_and_its_error_is_that_across
     assert drive.metrics(10.0)["cross_track_max_m"] == pytest.approx(0.3)
 
 
-def parallel(samples, start_s=100.0, speed=10.0, y_m=0.5, first_m=0.0):
-    """Return a drive of so many samples, 0.1 s and 1 m apart."""
-    progress = started()
-    for i in range(samples):
-        progress.update(start_s + 0.1 * i, first_m + i, y_m, 0.01, speed)
-    return progress
-
-
 def test_event_has_the_time_and_the_place_of_the_last_sample():
-    progress = parallel(6)
+    progress = started()
+    for i in range(6):
+        progress.update(100.0 + 0.1 * i, float(i), 0.5, 0.01, 10.0)
     progress.add_infraction("red_light")
     progress.update(100.6, 6.0, 0.5, 0.0, 10.0)
     progress.add_collision("static")

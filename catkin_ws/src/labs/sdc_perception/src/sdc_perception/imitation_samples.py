@@ -110,20 +110,17 @@ class DrivenLine:
         return x - left_m * math.sin(yaw), y + left_m * math.cos(yaw), yaw + turned_rad
 
 
-def arc_path(
-    pose: tuple[float, float, float], answer: Answer, length_m: float = 15.0
-) -> np.ndarray:
+def arc_path(pose: tuple[float, float, float], answer: Answer) -> np.ndarray:
     """Return the path (N, 3) of x [m], y [m] and speed [m/s] of the centre of the car.
 
-    It begins behind the car. The rear axle is on the arc.
+    It begins behind the car, and ends 15 m ahead of it. The rear axle is on the arc.
 
     Args:
         pose: pose of the centre: x [m], y [m], yaw [rad]
         answer: arc and speed
-        length_m: length of the arc ahead of the car [m]
     """
     x, y, yaw = pose
-    s_m = np.arange(-4.0, length_m + 0.5)
+    s_m = np.arange(-4.0, 15.5)
     headings = answer.curvature_1pm * s_m
     # The chord of an arc of this length; np.sinc(t) is sin(pi t) / (pi t).
     chords_m = s_m * np.sinc(0.5 * headings / np.pi)

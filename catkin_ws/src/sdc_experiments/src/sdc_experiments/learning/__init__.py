@@ -15,7 +15,6 @@ except ImportError as error:
 
 _ENVIRONMENT = "sdc_experiments.learning.environment:SdcEnvironment"
 _VECTOR = "sdc_experiments.learning.vector_environment:SdcVectorEnvironment"
-
 _TRAFFIC = "sdc_experiments.learning.traffic_environment:Traffic"
 
 # Name, environment, environment of many cars, and arguments.
