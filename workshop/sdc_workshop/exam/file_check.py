@@ -10,6 +10,7 @@ import difflib
 import json
 import os
 import re
+import shutil
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import TYPE_CHECKING, Iterator
@@ -125,26 +126,38 @@ class FileCheck(RegionCheck):
                 yield Problem(f"<{tag}>{name}</{tag}>", seen, hint, "1")
 
     def _calls_problems(self, variant: Variant, stage: Stage) -> Iterator[Problem]:
-        """Compare the calls of CMakeLists.txt, which record.cmake prints."""
+        """Compare the calls of CMakeLists.txt, which record.cmake prints, and configure."""
         path = stage.folder / "cmake" / "CMakeLists.txt"
         path.parent.mkdir(exist_ok=True)
-        path.write_text(variant.text, encoding="utf-8")
         command = ["cmake", f"-DFILE={path}", "-P", str(_PROBES / "record.cmake")]
-        with stage.start(command, {"PATH": "/usr/bin:/bin"}) as program:
-            status, output = program.wait(_TIMEOUT_S), program.output
+        outputs = []
+        for text in (self._solution, variant.text):
+            path.write_text(text, encoding="utf-8")
+            with stage.start(command, {"PATH": "/usr/bin:/bin"}) as program:
+                status = program.wait(_TIMEOUT_S)
+                outputs.append(program.output)
         if status != 0:
             yield (
-                _cmake_error(output, path)
+                _cmake_error(outputs[-1], path)
                 if status is not None
                 else Problem("a file that CMake can read", "CMake does not end", "Is it a loop?")
             )
             return
-        calls = [(name, words.split(";") if words else []) for name, words in _CALL.findall(output)]
+        found = _CALL.findall(outputs[-1])
+        calls = [(name, words.split(";") if words else []) for name, words in found]
+        is_wrong = False
         for row in self._table["calls"]:
-            yield from self._call_problems(row, calls)
+            for problem in self._call_problems(row, calls):
+                is_wrong = True
+                yield problem
         steps = ("add_message_files", "generate_messages", "catkin_package")
         if [name for name, _ in calls if name in steps][-1:] == ["add_message_files"]:
             yield listed("order_of_calls")
+        elif not is_wrong and outputs[0] != outputs[1]:
+            # What other words mean, CMake alone knows.
+            error, line = configuration_error(stage, variant.text)
+            if error:
+                yield listed("cmake_configures", variant.region_of(line), line, error=error)
 
     def _call_problems(self, row: dict, calls: list) -> Iterator[Problem]:
         command, keyword, until = row["command"], row["keyword"], row.get("until", ())
@@ -172,6 +185,43 @@ class FileCheck(RegionCheck):
                 hint = f"{spelt}{name} is missing. {row['why']}"
                 seen = ", ".join(found) or "nothing"
                 yield Problem(f"{name} in {form}", seen, hint, row["todo"])
+
+
+def configuration_error(stage: Stage, text: str | None = None) -> tuple:
+    """Return the first error of CMake when it configures the package as catkin_make does.
+
+    Args:
+        stage: with the student's workspace, whose package is copied
+        text: replaces CMakeLists.txt, among the messages, programs and package.xml of the solution;
+            None: all files are the student's
+
+    Returns:
+        the error, "" without one, and its line in CMakeLists.txt or None
+    """
+    source = stage.folder / "cmake" / PACKAGE
+    shutil.rmtree(source, ignore_errors=True)
+    shutil.copytree(stage.student.src / PACKAGE, source, symlinks=True)
+    if text is not None:
+        for path in (SOLUTION / PACKAGE).glob("scripts/*"):
+            (source / "scripts" / path.name).touch()
+        (source / "msg").mkdir(exist_ok=True)
+        for path in [SOLUTION / PACKAGE / "package.xml", *(SOLUTION / PACKAGE).glob("msg/*")]:
+            shutil.copy(path, source / path.relative_to(SOLUTION / PACKAGE))
+        (source / "CMakeLists.txt").write_text(text, encoding="utf-8")
+    configure = 'cmake -S "$0" -B "$TMPDIR/configured" -DCATKIN_ENABLE_TESTING=OFF'
+    with stage.start(["sh", "-c", configure, source], stage.world_environment) as program:
+        if program.wait() == 0:
+            return "", None
+        output = program.output
+    error = _first_cmake_error(output)
+    line = re.search(r"\bCMakeLists\.txt:(\d+)", output[output.find("CMake Error") :])
+    return error or last_line(output), int(line[1]) if line else None
+
+
+def _first_cmake_error(output: str) -> str:
+    # Further errors are those of the program that includes the file.
+    first = " ".join(output[output.find("CMake Error") :].split("Call Stack")[0].split())
+    return re.sub(r"^CMake Error (?:at|in) ?", "", first)[:300]
 
 
 def _xml_problem(text: str, kind: str) -> Problem | None:
@@ -286,11 +336,9 @@ def _after(words: list, keyword: str, until: tuple) -> list:
 
 
 def _cmake_error(output: str, path: Path) -> Problem:
-    # Further errors are those of the program that includes the file.
-    first = output.split("Call Stack")[0].replace(str(path), path.name)
-    line = re.search(rf"{re.escape(path.name)}:(\d+)", first)
-    text = re.sub(r"^.*?CMake Error (?:at|in) ?", "", " ".join(first.split()))[:300]
-    key = "cmake_unclosed" if "missing ending" in first else "cmake"
+    text = _first_cmake_error(output.replace(str(path), path.name))
+    line = re.search(rf"{re.escape(path.name)}:(\d+)", text)
+    key = "cmake_unclosed" if "missing ending" in text else "cmake"
     return listed(key, error=text, line=int(line[1]) if line else None)
 
 

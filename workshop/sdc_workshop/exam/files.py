@@ -6,6 +6,7 @@ import stat
 from typing import Sequence
 
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, Answer, Problem, answered, listed, wrong
+from sdc_workshop.exam.file_check import configuration_error
 from sdc_workshop.exam.output import last_line
 from sdc_workshop.exam.region_check import BUILD, unreadable
 from sdc_workshop.exam.stage import NEVER_RETURNED, Stage
@@ -34,6 +35,13 @@ def workspace_answer(student: Student, stage: Stage) -> Answer:
     with stage.program(command) as program:
         if program.wait() != 0:
             return answered("build_unfinished", seen=last_line(program.output), build=BUILD)
+    file = f"{PACKAGE}/CMakeLists.txt"
+    built = student.folder / "build" / "CMakeFiles" / "cmake.check_cache"
+    # CMake writes it at the end of each configuration that succeeds.
+    if not built.is_file() or built.stat().st_mtime < (student.src / file).stat().st_mtime:
+        error, line = configuration_error(stage)
+        if error:
+            return wrong(listed("cmake_configures", error=error), f"src/{file}", line)
     return Answer(PASSED)
 
 
