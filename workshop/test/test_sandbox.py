@@ -179,7 +179,7 @@ HOSTILE = {
     ),
     "caller": (several, "hello", ["hello: a network connection was refused"]),
     "killer": (several, "hello", ["hello: processes of others were killed"]),
-    "liar": (several, "controller-2.4", ["as if they were written into it"]),
+    "liar": (several, "controller-2.4", ["as if written into it"]),
     "endless": (several, "controller-2.6", ["controller-2.6: it never returned, and was ended"]),
     "forger": (
         forger,

@@ -12,6 +12,8 @@ import copy
 import importlib
 import itertools
 import math
+import re
+import time
 import warnings
 from functools import lru_cache
 from pathlib import Path
@@ -25,14 +27,25 @@ from sdc_workshop.regions import regions
 
 # Name of the unknown number in families.yaml, which no solution uses.
 _NUMBER = "_c"
+# Name of the greatest of the student's numbers, at which a limit may cut the result.
+_GREATEST = "_greatest"
 # Name of NumPy in a changed solution, which may not import it.
 _LIBRARY = "_np"
+# A changed loop may never end: it ends after so many passes.
+_PASSES = 10_000
+_PASS = "_pass"
+# Fewer results that are yes, no or whole numbers are equal by chance.
+_FEW = 4
+# Processor time for all changes of a region: most need much less, that of a drive more [s].
+_MOST_CPU_S = 1.5
 # The first numbers that are tried: the secant method begins with two.
 _TRIALS = (1, 2)
 # How often the number is improved: a result that is linear in it needs one step, others few.
 _STEPS = 8
 # An error that is smaller is rounding; the results are compared with 1e-6.
 _EXACT = 1e-7
+# With a number that is by so much greater, the result must be another one.
+_NEAR = 1e-3
 # A part of the solution that is at most so long is shown as it is.
 _SHORT = 24
 
@@ -50,7 +63,15 @@ def _tables() -> dict:
     return yaml.safe_load(path.read_text(encoding="utf-8"))
 
 
-def sentence(text: str, todo: str, module: str, results: Results, got: list, same: Callable) -> str:
+def sentence(
+    text: str,
+    todo: str,
+    module: str,
+    results: Results,
+    got: list,
+    same: Callable,
+    must_be_sure: bool = False,
+) -> str:
     """Return a sentence about the mistake in a region, or "".
 
     Args:
@@ -60,49 +81,60 @@ def sentence(text: str, todo: str, module: str, results: Results, got: list, sam
         results: yields what the solution returns in each call, while it may be changed
         got: what the student's lines return in these calls; the first of them is wrong
         same: compares two results
+        must_be_sure: whether all results must be equal, and more of them than a chance allows
     """
-    region = regions(text)[todo]
-    found = _function(ast.parse(text), region.first + 1, region.end)
-    if found is None:
-        return ""
-    path, node = found
-    owner: Any = importlib.import_module(module)
-    for name in path[:-1]:
-        owner = getattr(owner, name)
-    function = vars(owner)[path[-1]]
-    if not isinstance(function, FunctionType):
-        return ""
-    trial = _Trial(function, node, results, got, same)
-    slots = _slots(node, region.first + 1, region.end)
     # Many changes give the same yes and no, or the same whole numbers.
-    shown = str(got)
+    shown = str([*_quiet(results)])
     is_vague = "." not in shown.replace(".0,", "").replace(".0]", "")
-    best, count = "", 0
-    for container, key, new, said in _changes(node, slots, text):
-        if is_vague and said[0] in _tables()["exact"]:
+    if not got or is_vague and (len(got) < _FEW or len({*_flat(got)}) == 1):
+        return ""
+    must_be_sure = must_be_sure or is_vague
+    end_s = time.process_time() + _MOST_CPU_S
+    best, count, near = "", 0, ""
+    for trial, container, key, new, said in _trials(text, todo, module, results, got, same):
+        is_exact = said[0] in _tables()["exact"]
+        if is_vague and is_exact:
             continue
         kept, container[key] = container[key], new
         try:
             matches, number = trial.matches(_uses_number(new))
+            is_effect = said[0] != _meaning(0) and not is_vague and _is_number(new)
+            if is_effect and matches == len(got) and number is None:
+                # Where the result is limited, many changes give the same.
+                container[key] = _made("1.001 * A + 0.001", {"A": new})
+                if trial.matches(False)[0] == len(got):
+                    near, matches = near or _filled([_tables()["near"], said[1]], None), 0
         finally:
             container[key] = kept
-        is_exact = said[0] in _tables()["exact"]
-        is_plain = not is_exact if number is None else _meaning(number) is not None
+        is_plain = not is_exact
+        if number is not None:
+            meaning = _meaning(number, _source(kept, text))
+            is_plain, said = meaning is not None, [said[0] or meaning or said[0], said[1]]
         if matches == len(got) and (number is None or is_plain):
             return _filled(said, number)
         if matches > count and (is_plain and 2 * matches >= len(got) or matches == len(got)):
             best, count = _filled(said, number), matches
-    return best
+        if time.process_time() > end_s:
+            break
+    return best if count == len(got) or best and not must_be_sure else near
 
 
-def _function(tree: ast.Module, first: int, end: int) -> tuple | None:
-    """Return (names of the path to it, node) of the function that contains these lines."""
-    for node in tree.body:
-        for inner in node.body if isinstance(node, ast.ClassDef) else [node]:
-            is_inside = inner.lineno <= first and end <= (inner.end_lineno or 0) + 1
-            if isinstance(inner, ast.FunctionDef) and is_inside:
-                return ([node.name, inner.name] if inner is not node else [inner.name]), inner
-    return None
+def _trials(text: str, todo: str, module: str, *known: Any) -> Iterator[tuple]:
+    """Yield (trial, container, key, new part, sentence) of each change of a region."""
+    region = regions(text)[todo]
+    tree = ast.parse(text)
+    for owner in [tree, *(node for node in tree.body if isinstance(node, ast.ClassDef))]:
+        place: Any = importlib.import_module(module)
+        place = getattr(place, owner.name) if isinstance(owner, ast.ClassDef) else place
+        for node in owner.body:
+            function = vars(place).get(getattr(node, "name", ""))
+            slots = _slots(node, region.first + 1, region.end)
+            if isinstance(node, ast.FunctionDef) and isinstance(function, FunctionType) and slots:
+                for loop in filter(lambda part: isinstance(part, ast.While), ast.walk(node)):
+                    loop.body.append(ast.parse(f"next({_PASS})").body[0])
+                trial = _Trial(function, node, *known)
+                for change in _changes(node, slots, text):
+                    yield (trial, *change)
 
 
 class _Trial:
@@ -123,14 +155,18 @@ class _Trial:
     def matches(self, has_number: bool) -> tuple:
         """Return in how many calls the results are equal, 0 if not in the first, and the number."""
         try:
-            module = ast.Module([ast.fix_missing_locations(self._node)], [])
-            made = compile(module, "<family>", "exec", dont_inherit=True)
+            # A method needs a class around it: super() refers to it.
+            owner = ast.parse("class owner: pass").body[0]
+            owner.body = [self._node]
+            module = ast.Module([ast.fix_missing_locations(owner)], [])
+            made = compile(module, "<family>", "exec", dont_inherit=True).co_consts[0]
         except (SyntaxError, ValueError, TypeError):
             return 0, None
         name = self._function.__name__
         codes = [code for code in made.co_consts if getattr(code, "co_name", "") == name]
         kept, space = self._function.__code__, self._function.__globals__
-        space[_LIBRARY] = np
+        numbers = [abs(number) for number in _flat(self._got) if math.isfinite(number)]
+        space.update({_LIBRARY: np, _GREATEST: max(numbers, default=0.0)})
         try:
             self._function.__code__ = codes[0]
             number = self._number() if has_number else None
@@ -146,6 +182,7 @@ class _Trial:
     def _equal(self) -> int:
         """Return the number of equal results, 0 where the first one is not."""
         count = 0
+        self._function.__globals__[_PASS] = iter(range(_PASSES))
         for mine, theirs in zip(self._got, _quiet(self._results)):
             count += self._same(mine, theirs)
             if not count:
@@ -164,7 +201,9 @@ class _Trial:
         before, error = errors[0][place], errors[1][place]
         for _ in range(_STEPS):  # the secant method
             if abs(error) < _EXACT:
-                return number
+                # Where the result is limited, many numbers give the same.
+                near = self._errors(number + _NEAR)
+                return None if near is not None and abs(near[place]) < _EXACT else number
             if error == before:
                 return None
             last, number = number, number - error * (number - last) / (error - before)
@@ -177,12 +216,20 @@ class _Trial:
 
     def _errors(self, number: float) -> np.ndarray | None:
         """Return the difference of the first results with this number; None without one."""
-        self._function.__globals__[_NUMBER] = number
+        self._function.__globals__.update({_NUMBER: number, _PASS: iter(range(_PASSES))})
         with contextlib.suppress(TypeError, ValueError):
             for result in _quiet(self._results):
                 errors = np.ravel(np.array(result, float)) - np.ravel(np.array(self._got[0], float))
                 return errors if np.isfinite(errors).all() else None
         return None
+
+
+def _flat(values: Any) -> Iterator[float]:
+    """Yield the numbers in lists of lists."""
+    for value in values if isinstance(values, list) else ():
+        yield from _flat(value)
+    if isinstance(values, (int, float)):
+        yield values
 
 
 def _quiet(results: Results) -> Iterator[Any]:
@@ -194,9 +241,7 @@ def _quiet(results: Results) -> Iterator[Any]:
 
 def _slots(node: ast.AST, first: int, end: int) -> list:
     """Return (container, key) of each part in these lines; container[key] is the part."""
-    # A loop that never ends would end no check. What is assigned to is no part.
-    if any(isinstance(inner, ast.While) for inner in ast.walk(node)):
-        return []
+    # What is assigned to is no part.
     found: list = []
     queue: list = [node]
     for parent in queue:
@@ -218,6 +263,8 @@ def _slots(node: ast.AST, first: int, end: int) -> list:
 def _changes(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tuple]:
     """Yield (container, key, new part, sentence) of each change of the solution."""
     yield from _like_functions(slots)
+    yield from _shifted(node, slots, text)
+    yield from _without_parentheses(node, slots, text)
     for pattern, template, said in _tables()["families"]:
         wanted = ast.parse(pattern, mode="eval").body
         for container, key in slots:
@@ -225,7 +272,6 @@ def _changes(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tuple]:
             if _is_read(container[key]) and _matches(wanted, container[key], parts):
                 names = {name: _name(part, text) for name, part in parts.items()}
                 yield container, key, _made(template, parts), [said, names]
-    yield from _other_names(node, slots, text)
     for container, key in slots:
         part = container[key]
         values = getattr(part, "args", getattr(part, "elts", []))
@@ -242,6 +288,7 @@ def _changes(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tuple]:
             changed = [*getattr(part, "targets", []), getattr(part, "target", None), part]
             names = {"A": _name(next(filter(None, changed)), text)}
             yield container, key, ast.copy_location(ast.Pass(), part), [_tables()["line"], names]
+    yield from _other_names(node, slots, text)
 
 
 def _like_functions(slots: list) -> Iterator[tuple]:
@@ -256,17 +303,68 @@ def _like_functions(slots: list) -> Iterator[tuple]:
                 yield vars(part), field, other, [_tables()["other"], names]
 
 
+def _shifted(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tuple]:
+    """Yield the changes of both ends of a slice by 1."""
+    lines = {container[key].lineno for container, key in slots}
+    for part in ast.walk(node):
+        for inner in ast.walk(part.slice) if isinstance(part, ast.Subscript) else ():
+            ends = getattr(inner, "lower", None), getattr(inner, "upper", None)
+            is_here = {getattr(end, "lineno", None) for end in ends} <= lines
+            for by in (-1, 1) if is_here else ():
+                lower, upper = (_made(f"A + {by}", {"A": end}) for end in ends)
+                index = copy.deepcopy(part.slice, {id(inner): ast.Slice(lower, upper, inner.step)})
+                names = {"A": _name(part.value, text)}
+                yield vars(part), "slice", index, [_tables()["shifted"], names]
+
+
+def _without_parentheses(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tuple]:
+    """Yield the changes of an expression that loses its parentheses."""
+    lines = _lines(text)
+    for container, key in slots:
+        part = container[key]
+        line, first, end = lines[part.lineno - 1], part.col_offset, part.end_col_offset
+        is_call = re.search(r"[\w\])]$", line[: first - 1]) is not None
+        if not isinstance(part, ast.BinOp) or line[first - 1] != "(" or is_call:
+            continue
+        if part.lineno == part.end_lineno and line[end : end + 1] == ")":
+            changed = [*lines]
+            changed[part.lineno - 1] = f"{line[: first - 1]} {line[first:end]} {line[end + 1 :]}"
+            with contextlib.suppress(SyntaxError):
+                for new in ast.walk(ast.parse("\n".join(changed))):
+                    is_same = isinstance(new, ast.FunctionDef) and new.lineno == node.lineno
+                    if is_same and new.name == node.name:
+                        names = {"A": _name(part, text)}
+                        yield vars(node), "body", new.body, [_tables()["brackets"], names]
+
+
 def _other_names(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tuple]:
-    """Yield the changes of a value to another one of the function."""
-    used = [(box, key) for box, key in slots if isinstance(box[key], (ast.Name, ast.Attribute))]
-    used = [(box, key) for box, key in used if key != "func" and _is_read(box[key])]
+    """Yield the changes of a value to another one of the function, and those by another one."""
+    read = [(box, key) for box, key in slots if key != "func" and _is_read(box[key])]
+    used = [(box, key) for box, key in read if isinstance(box[key], (ast.Name, ast.Attribute))]
     values = {argument.arg: ast.Name(argument.arg, ast.Load()) for argument in node.args.args}
     values.update((_source(box[key], text), box[key]) for box, key in used)
-    for container, key in used:
-        part = container[key]
-        for name, value in values.items():
-            names = {"A": _name(part, text), "B": f"`{name}`"}
-            yield container, key, _made("A", {"A": value}), [_tables()["other"], names]
+    for first, second in itertools.combinations({_source(box[key], text) for box, key in used}, 2):
+        names = {"A": f"`{first}`", "B": f"`{second}`"}
+        body = copy.deepcopy(node.body)
+        for box, key in _slots(ast.Module(body, []), 0, node.end_lineno or 0):
+            other = {first: second, second: first}.get(_source(box[key], text))
+            if other and (box[key].lineno, key) in {(box[key].lineno, key) for box, key in used}:
+                box[key] = _made("A", {"A": values[other]})
+        yield vars(node), "body", body, [_tables()["swapped"], names]
+    for template, said in ("B", "other"), ("A * B", "times"), ("A / B", "over"):
+        for container, key in used if template == "B" else read:
+            part = container[key]
+            for name, value in values.items():
+                names = {"A": _name(part, text), "B": f"`{name}`"}
+                made = _made(template, {"A": part, "B": value})
+                yield container, key, made, [_tables()[said], names]
+
+
+def _is_number(part: Any) -> bool:
+    """Return whether a part may be a number: it is no comparison."""
+    is_truth = isinstance(part, (ast.Compare, ast.BoolOp))
+    is_truth |= isinstance(getattr(part, "op", None), ast.Not)
+    return isinstance(part, ast.expr) and not is_truth
 
 
 def _is_read(part: ast.AST) -> bool:
@@ -296,7 +394,7 @@ def _made(template: str, parts: dict) -> ast.expr:
 
     class Filled(ast.NodeTransformer):
         def visit_Name(self, name: ast.Name) -> ast.expr:
-            if name.id in parts or name.id == _NUMBER:
+            if name.id in parts or name.id in (_NUMBER, _GREATEST):
                 return copy.deepcopy(parts.get(name.id, name))
             return ast.Attribute(ast.Name(_LIBRARY, ast.Load()), name.id, ast.Load())
 
@@ -331,16 +429,18 @@ def _source(part: Any, text: str) -> str:
     return first[part.col_offset : part.end_col_offset if part.lineno == part.end_lineno else None]
 
 
-def _meaning(number: float) -> str | None:
-    """Return the sentence about a factor that has one."""
-    known = _tables()["numbers"]
-    return next((text for value, text in known if math.isclose(number, value, abs_tol=1e-6)), None)
+def _meaning(number: float, part: str = "") -> str | None:
+    """Return the sentence about a factor of a part of the solution, where it has one."""
+    for value, text, *of in _tables()["numbers"]:
+        if math.isclose(number, value, abs_tol=1e-6) and re.search("".join(of), part):
+            return text
+    return None
 
 
 def _filled(said: list, number: float | None) -> str:
     """Return the sentence of a change."""
     text, names = said
     if number is not None and not text:
-        text = _meaning(number) or _tables()["number"]
+        text = _tables()["number"]
     found = text.format(**names, c="" if number is None else f"{number:.4g}")
     return found[:1].upper() + found[1:]

@@ -60,39 +60,91 @@ class LibraryCheck(RegionCheck):
     def problems(self, variant: Variant, stage: Stage) -> list:
         """See RegionCheck.problems."""
         path, python_path = stage.build(variant)
-        given, calls = self._given, [row["call"] for row in self._rows]
-        varied = {name: library_probe.varied(call, stage.seed) for name, call in given.items()}
-        others = [library_probe.varied(call, stage.seed) for call in calls]
+        usual = self._given, [row["call"] for row in self._rows]
+        varied = (
+            {name: library_probe.varied(call, stage.seed) for name, call in self._given.items()},
+            [library_probe.varied(call, stage.seed) for call in usual[1]],
+        )
         with Asked(stage, self._module, stage.environment(PYTHONPATH=python_path)) as asked:
-            wrong, broken = self._differences(asked, given, calls, path, variant)
-            found: dict = {}
-            for row, _, got, right, names in wrong:
-                problem = None if row["todo"] in found else self._problem(row, got, right, names)
-                if problem is not None:
-                    sets = [(given, calls), (varied, others)]
-                    found[row["todo"]] = self._explained(problem, row, asked, sets)
-            if found or broken is not None:
-                return [*found.values()] or [broken]
-            wrong, broken = self._differences(asked, varied, others, path, variant)
-        if broken is not None:
-            return [broken]
-        for row, call, got, right, _ in wrong[:1]:
-            texts = {"got": _shown("value", got), "right": _shown("value", right)}
-            texts["law"] = in_full(self._laws.get(row["todo"]))
-            problem = listed("usual_arguments", row["todo"], call=call, **texts)
-            stage.report(f"{variant.name}: {problem.seen}, as if they were written into it")
-            return [problem]
+            for sets in ((usual, varied), (varied, usual)):
+                wrong, broken = self._first_wrong(asked, *sets[0], path, variant)
+                if wrong or broken is not None:
+                    found = [self._explained(*one, asked, sets) for one in wrong]
+                    for problem in found if sets[0] is varied else ():
+                        stage.report(f"{variant.name}: {problem.seen}, as if written into it")
+                    return found or [broken]
         return []
 
-    def _explained(self, problem: Problem, row: dict, asked: Asked, sets: list) -> Problem:
-        """Return a problem with a hint that names the mistake, where only its law is known."""
+    def _first_wrong(
+        self, asked: Asked, given: dict, calls: list, path: Path, variant: Variant
+    ) -> tuple[list, Problem | None]:
+        """Return what is wrong first in each TODO, and why the calls end before the last, or None.
+
+        Returns:
+            list of (problem, whether its hint is sure, results by the number of their row); and a
+            problem
+        """
+        wrong: dict = {}
+        results: dict = {}
+        try:
+            evaluated = self._evaluated(asked, given)
+            names = library_probe.names_for(self._module, given, {})
+            for number, (row, call) in enumerate(zip(self._rows, calls)):
+                if row["todo"] in wrong:  # further rows may be drives, which take seconds
+                    continue
+                got = evaluated(call)
+                right = library_probe.plain(library_probe.evaluate(call, names))
+                results = {number: got, **results}
+                if same(got, right):
+                    continue
+                if given is self._given:
+                    found = self._problem(row, got, right, names)
+                else:
+                    found = self._of_usual_arguments(row["todo"], call, got, right), False
+                if found is not None:
+                    wrong[row["todo"]] = *found, results
+        except NotJudged:
+            raise
+        except Exception as error:  # noqa: BLE001  what a student's function returns may cause any
+            return [*wrong.values()], self._broken(error, asked, path, variant)
+        return [*wrong.values()], None
+
+    def _broken(self, error: Exception, asked: Asked, path: Path, variant: Variant) -> Problem:
+        """Return the problem of a call without a result."""
+        if isinstance(error, NoAnswer) and str(error):
+            return Problem("a result", str(error), "Is there a loop that never ends?")
+        output = traceback.format_exc()
+        if isinstance(error, NoAnswer):
+            output = asked.program.output
+        hint = (
+            "The last line of its output gives the cause. exit() and quit() end the whole program. "
+            "The check prints its results itself."
+        )
+        seen = f"it ends without one: {last_line(output)}"
+        return self.exception_problem(output, path, variant) or Problem("a result", seen, hint)
+
+    def _of_usual_arguments(self, todo: str, call: str, got: Any, right: Any) -> Problem:
+        texts = {"got": _shown("value", got), "right": _shown("value", right)}
+        law = in_full(self._laws.get(todo))
+        return listed("usual_arguments", todo, call=call, law=law, **texts)
+
+    def _explained(
+        self, problem: Problem, is_sure: bool, received: dict, asked: Asked, sets: tuple
+    ) -> Problem:
+        """Return a problem whose hint names the mistake, where the table is not sure of it."""
         hint, _, law = problem.hint.partition(IN_FULL)
-        if hint or self._asked:
+        # What a student designs is not our solution with a mistake.
+        if is_sure or hint and self._asked:
             return problem
-        rows = [other for other in self._rows if other["todo"] == row["todo"]]
-        rows.sort(key=lambda other: other is not row)
-        places = [self._rows.index(other) for other in rows]
-        wanted = [(given, [calls[place] for place in places]) for given, calls in sets]
+        numbers = [number for number in received if self._rows[number]["todo"] == problem.todo]
+        got: list = []
+        if self._asked:
+            # Their rows can be drives: what was received is enough.
+            sets, got = sets[:1], [received[number] for number in numbers]
+        else:
+            others = [n for n, row in enumerate(self._rows) if row["todo"] == problem.todo]
+            numbers = [*dict.fromkeys(numbers + others)]
+        wanted = [(given, [calls[number] for number in numbers]) for given, calls in sets]
 
         def results() -> Iterator[Any]:
             for given, calls in wanted:
@@ -100,57 +152,29 @@ class LibraryCheck(RegionCheck):
                 for call in calls:
                     yield library_probe.plain(library_probe.evaluate(call, names))
 
-        got: list = []
         # What the student's lines return for other numbers may be an exception.
         with contextlib.suppress(NoAnswer, *_ERRORS):
-            for given, calls in wanted:
+            for given, calls in () if self._asked else wanted:
                 asked.begin(given)
-                before = asked.ask("digests(globals(), wanted)", wanted=[*given])
+                names = library_probe.names_for(self._module, given, {})
+                before = [self._digests(asked, given), library_probe.digests(names, [*given])]
                 for call in calls:
                     got.append(asked.ask(f"plain({call})"))
-                if asked.ask("digests(globals(), wanted)", wanted=[*given]) != before:
+                    library_probe.evaluate(call, names)
+                after = [self._digests(asked, given), library_probe.digests(names, [*given])]
+                mine, ours = ([a != b for a, b in zip(*pair)] for pair in zip(before, after))
+                # What the solution changes, too, is the state of an object.
+                if any(changed and not allowed for changed, allowed in zip(mine, ours)):
                     return replace(problem, hint=f"{families.CHANGED} {problem.hint}")
         text = solution(self.file).read_text(encoding="utf-8")
-        known = text, row["todo"], self._module, results, got, same
-        hint = families.sentence(*known) if got else ""
-        return replace(problem, hint=f"{hint or families.UNKNOWN} {in_full(law)}".strip())
+        known = text, str(problem.todo), self._module, results, got, same
+        named = families.sentence(*known, must_be_sure=bool(hint))
+        hint = f"{named} {hint}".strip() or families.UNKNOWN
+        return replace(problem, hint=f"{hint} {in_full(law)}".strip())
 
-    def _differences(
-        self, asked: Asked, given: dict, calls: list, path: Path, variant: Variant
-    ) -> tuple[list, Problem | None]:
-        """Return what is wrong: (row, call, result, right result, names); and what ended it."""
-        found, broken = self._answers(asked, given, calls, path, variant)
-        names = library_probe.names_for(self._module, given, {})
-        rights = [library_probe.plain(library_probe.evaluate(call, names)) for call in calls]
-        rows = zip(self._rows, calls, found, rights)
-        return [(*row, names) for row in rows if not same(row[2], row[3])], broken
-
-    def _answers(
-        self, asked: Asked, given: dict, calls: list, path: Path, variant: Variant
-    ) -> tuple[list, Problem | None]:
-        """Return the results of calls, and why they end before the last, or None."""
-        found: list = []
-        try:
-            evaluated = self._evaluated(asked, given)
-            for call in calls:
-                found.append(evaluated(call))
-            return found, None
-        except NoAnswer as error:
-            if str(error):
-                hint = "Is there a loop that never ends?"
-                return found, Problem("a result", str(error), hint)
-            output = asked.program.output
-        except NotJudged:
-            raise
-        except Exception:  # noqa: BLE001  what a student's function returns may cause any
-            output = traceback.format_exc()
-        hint = (
-            "The last line of its output gives the cause. exit() and quit() end the whole program. "
-            "The check prints its results itself."
-        )
-        seen = f"it ends without one: {last_line(output)}"
-        broken = self.exception_problem(output, path, variant)
-        return found, broken or Problem("a result", seen, hint)
+    @staticmethod
+    def _digests(asked: Asked, given: dict) -> list:
+        return asked.ask("digests(globals(), wanted)", wanted=[*given])
 
     def _evaluated(self, asked: Asked, given: dict) -> Callable[[str], Any]:
         """Return what evaluates a call: in the student's process, or here with what is asked."""
@@ -162,11 +186,16 @@ class LibraryCheck(RegionCheck):
         names = library_probe.names_for(self._module, given, remote)
         return lambda call: library_probe.plain(library_probe.evaluate(call, names))
 
-    def _problem(self, row: dict, got: Any, right: Any, names: dict) -> Problem | None:
-        """Return the problem of a wrong result; None where it is that of another row."""
+    def _problem(self, row: dict, got: Any, right: Any, names: dict) -> tuple | None:
+        """Return the problem of a wrong result, and whether its hint is sure.
+
+        It is sure where the result is a typical one, not where a condition holds. None where the
+        problem is that of another row.
+        """
         law = in_full(row.get("law", self._laws.get(row["todo"])))
-        names = {**names, "got": got, "right": _array(right)}
-        hint = next((hint for case, hint in row.get("wrong", ()) if _is_case(case, names)), law)
+        names.update(got=got, right=_array(right))
+        cases = ((hint, _is_case(case, names)) for case, hint in row.get("wrong", ()))
+        hint, how = next((case for case in cases if case[1]), (law, ""))
         if not hint:
             return None
         shows = [str(row.get("show", "value")), "value"]
@@ -183,7 +212,8 @@ class LibraryCheck(RegionCheck):
             right_text, got_text = _first_difference(right, got) or (right_text, got_text)
         expected = row["expected"].replace("{right}", right_text)
         seen = row.get("seen", "{got}").replace("{got}", got_text or "nothing")
-        return Problem(expected, seen, hint.replace("{law}", law), row["todo"])
+        problem = Problem(expected, seen, hint.replace("{law}", law), row["todo"])
+        return problem, how == "equal"
 
 
 def _array(value: Any) -> Any:
@@ -193,15 +223,15 @@ def _array(value: Any) -> Any:
     return value
 
 
-def _is_case(case: str, names: dict) -> bool:
-    """Return whether a condition holds, or a typical wrong result is the one that was got."""
+def _is_case(case: str, names: dict) -> str:
+    """Return "equal" for the typical wrong result that was got, "holds" for a condition, or ""."""
     try:
         value = library_probe.evaluate(case, names)
     except _ERRORS:
-        return False
+        return ""
     if isinstance(value, (bool, np.bool_)):
-        return bool(value)
-    return same(names["got"], library_probe.plain(value))
+        return "holds" if value else ""
+    return "equal" if same(names["got"], library_probe.plain(value)) else ""
 
 
 def _shown(show: str, value: Any, digits: int = 3) -> str:
@@ -240,4 +270,4 @@ def same(got: object, wanted: object) -> bool:
         return got == wanted
     # NumPy's single precision is right, too.
     tolerance = _TOLERANCE * max(1.0, abs(wanted))
-    return abs(got - wanted) < tolerance or (got != got and wanted != wanted)
+    return got == wanted or abs(got - wanted) < tolerance or (got != got and wanted != wanted)

@@ -7,7 +7,7 @@ import math
 import signal
 from pathlib import Path
 from random import Random
-from typing import Callable, Sequence
+from typing import Any, Callable, Sequence
 
 import psutil
 import yaml
@@ -15,6 +15,7 @@ import yaml
 from sdc_workshop.exam.answer import Problem, listed
 from sdc_workshop.exam.node import Node, running_node
 from sdc_workshop.exam.node_check import NodeCheck, configuration_problem, delay_problem, first_of
+from sdc_workshop.exam.output import warnings
 from sdc_workshop.exam.probes.library_probe import evaluate
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.variant import Variant
@@ -31,8 +32,8 @@ _BAD_FILE = "x,y\n1.0,1.0\n2.0,left\n"
 # A ROS node ends within this time after it has unregistered its topics, on a busy machine, too.
 _SHUTDOWN_S = 20.0
 _SPEED_MPS = 9.0
-# A light in this distance is too near to stop at this speed, and far enough at a lower one.
-_LIGHT_M = 8.0
+# A light in this place is too near for one of these scenes, and far enough for the other.
+_LIGHT_S_M = 163.0
 _OBSTACLE_M = 15.0
 _POINT_M = 0.8
 # The route: straight on, then three arcs with this radius that turn the car, and the same way back.
@@ -41,6 +42,7 @@ _TURNS_RAD = (-math.pi / 3, 5 * math.pi / 3, -math.pi / 3)
 # Distance of the car along the route, and what is ahead: in the turn, on the way out and back.
 _SCENES = (
     (70.0, "a pedestrian ahead"),
+    (122.0, "a red light ahead"),
     (30.0, "a place that the route passes twice"),
     (155.0, "a red light that is too near to stop"),
 )
@@ -67,8 +69,11 @@ class MissionPlannerCheck(NodeCheck):
     def _problem(self, variant: Variant, stage: Stage) -> Problem | None:
         path, random = stage.folder / "mission.csv", stage.random(self.file)
         bend = random.uniform(0.2, 0.6)
-        points = [(10.0 + 3 * i + random.random(), 1.0 + bend * i * i) for i in range(5)]
-        rows = [f"{x:.3f},{y:.3f}" for x, y in points]
+        points = [
+            (round(10.0 + 3 * i + random.random(), 3), round(1.0 + bend * i * i, 3))
+            for i in range(5)
+        ]
+        rows = [f"{x},{y}" for x, y in points]
         path.write_text("\n".join(["x,y", *rows, ""]), encoding="utf-8")
         kind = f"{PACKAGE}/Path"
         with running_node(stage, variant, {"waypoints_path": str(path)}) as node:
@@ -163,7 +168,8 @@ def _settled(node: Node, how: str) -> str:
 
     A ROS node first unregisters its topics, then waits for its threads, and ends after that.
     """
-    unregistered = how == "idle" and node.publishes(MISSION) is None
+    published = MISSION in node.seen_types
+    unregistered = how == "idle" and published and node.publishes(MISSION) is None
     return "ended" if unregistered and node.program.wait(_SHUTDOWN_S) is not None else how
 
 
@@ -224,7 +230,9 @@ class LocalPlannerCheck(NodeCheck):
             how = node.send_until(send, answered)
             answers.append(rows())
             if not rows():
-                return self.silence_problem(node, how, variant)
+                return self._refused(node, variant, scene) or self.silence_problem(
+                    node, how, variant
+                )
         found = self._rows_problem(scenes, answers, first_of(("8", "7", "4"), variant))
         if found is not None:
             return self.crash_problem(node, variant) or found
@@ -242,18 +250,36 @@ class LocalPlannerCheck(NodeCheck):
         got = answers[scenes.index(wrong[0])][-1]
         found = rows_problem(got, wrong[0].wanted, "the path ahead", "x, y, v")
         assert found is not None
-        hints = [
-            hint
-            for expression, hint in self._table["instead"]
-            if all(scene.is_explained(expression, got) for scene, got in zip(scenes, answers))
-        ]
-        hint = hints[0] if hints and todo != "4" else found.hint
+        hint = self._mistake(todo, list(zip(scenes, answers))) or found.hint
         return Problem(f"{wrong[0].text}: {found.expected}", found.seen, hint, todo)
+
+    def _refused(self, node: Node, variant: Variant, scene: Scene) -> Problem | None:
+        """Return the problem of a planner that refuses what a known mistake gives, or None."""
+        todo = first_of(("7", "4"), variant)
+        for text in warnings(node.program.output)[-1:]:
+            hint = self._mistake(todo, [(scene, [text])])
+            if hint:
+                return Problem(self.answer, f"the node logs: {text}", hint, todo)
+        return None
+
+    def _mistake(self, todo: str | None, received: list) -> str:
+        """Return the hint of the mistake that explains what was received of each scene, or ""."""
+        if todo == "4":
+            return mistake_in_rows(
+                lambda change: all(
+                    is_explained(scene.planned, change, got[-1]) for scene, got in received
+                )
+            )
+        for expression, hint in self._table["instead"]:
+            if all(is_explained(scene.evaluated, expression, got[-1]) for scene, got in received):
+                return str(hint)
+        return ""
 
 
 def _route(random: Random) -> list:
     """Return the points of a route that leads out and, after a turn, back along the same line."""
-    heading = random.choice((0.0, math.pi)) + random.uniform(-0.6, 0.6)
+    # Neither this heading nor its opposite is that of its mirror image, -heading.
+    heading = random.choice((-0.5, 0.5)) * math.pi + random.uniform(-0.5, 0.5)
     side = random.choice((-1.0, 1.0))
     x, y = random.uniform(200.0, 240.0), random.uniform(-20.0, 20.0)
     turns = [(abs(turn) * _RADIUS_M, turn * side) for turn in _TURNS_RAD]
@@ -312,7 +338,7 @@ class Scene:
             yaw + random.uniform(-0.1, 0.1),
         )
         has_light = "light" in text
-        place = int(np.searchsorted(route.s, s_m + (_LIGHT_M if has_light else _OBSTACLE_M)))
+        place = int(np.searchsorted(route.s, _LIGHT_S_M if has_light else s_m + _OBSTACLE_M))
         self._thing = Pose()
         self._thing.position.x, self._thing.position.y = route.points[place].tolist()
         self._thing.orientation.w = 1.0
@@ -346,8 +372,19 @@ class Scene:
         """Return whether the last of these answers is that of the solution."""
         return _equal(answers[-1], self.wanted)
 
-    def is_explained(self, expression: str, answers: list) -> bool:
-        """Return whether the last answer is that of an expression `instead` of checks.yaml."""
+    def planned(self, change: Callable[[list], list]) -> list:
+        """Return the rows of the solution on the mission with a change."""
+        import numpy as np
+
+        from sdc_package.local_planner import LocalPlanner
+        from sdc_package.waypoint_search import WaypointSearch
+
+        points = np.array(change(self._points.tolist()), float)
+        search = WaypointSearch(LocalPlanner(points, self._settings).route.points)
+        return self._plan(search.first_ahead(*self._car[:2]), *self._car, points=points)
+
+    def evaluated(self, expression: str) -> list:
+        """Return the rows of an expression `instead` of checks.yaml."""
         x, y, yaw = self._car
         names = {
             "x": x,
@@ -359,9 +396,8 @@ class Scene:
             "nearest": self._search.nearest(x, y),
             "search": self._search,
         }
-        with contextlib.suppress(ValueError, IndexError):
-            return _equal(answers[-1], evaluate(expression, names))
-        return False
+        rows: list = evaluate(expression, names)  # type: ignore[assignment]
+        return rows
 
     def _plan(
         self,
@@ -371,19 +407,58 @@ class Scene:
         yaw: float,
         speed: float = _SPEED_MPS,
         blind: bool = False,
+        points: Any = None,
     ) -> list:
-        """Return the rows of the solution; a blind planner knows no obstacles."""
+        """Return the rows of the solution; a blind planner knows no obstacles.
+
+        Raises:
+            ValueError: the planner refuses the mission, or the place of the car
+        """
         from sdc_common.ros.conversion import detected_obstacles, stop_lines
         from sdc_package.local_planner import LocalPlanner
         from sdc_package.traffic_lights import TrafficLightMonitor
 
         message = self.messages()[0]
-        planner = LocalPlanner(self._points, self._settings)
+        planner = LocalPlanner(self._points if points is None else points, self._settings)
         lights = TrafficLightMonitor(self._settings.traffic_lights)
         lights.lines = stop_lines(self.lights)
         lights.set_states(message.traffic_lights, stamped=True)
         rows = planner.plan(first, x, y, yaw, () if blind else detected_obstacles(message))
         return [tuple(row) for row in planner.stop_for(lights, rows, speed).tolist()]
+
+
+def is_explained(plan: Callable[[Any], list], argument: object, got: list | str) -> bool:
+    """Return whether a plan gives the rows that were received, or the reason that was logged."""
+    try:
+        rows = plan(argument)
+        return isinstance(got, list) and _equal(got, rows)
+    except (ValueError, IndexError) as error:
+        return isinstance(got, str) and str(error) in got
+
+
+def mistake_in_rows(explains: Callable[[Callable[[list], list]], bool]) -> str:
+    """Return the hint of the only row of row_mistakes.yaml that explains what was received, or "".
+
+    Args:
+        explains: returns whether rows with a change are what was received; it gets the change
+    """
+
+    def changed(expression: str) -> Callable[[list], list]:
+        code = compile(expression, "<rows>", "eval")
+
+        def change(rows: list) -> list:
+            if expression.startswith("rows"):
+                return list(eval(code, {"rows": rows}))
+            names = [dict(zip("xyv", (*row, 0.0)), rows=rows) for row in rows]
+            return [list(eval(code, known))[: len(rows[0])] for known in names]
+
+        return change
+
+    found = []
+    for expression, hint in yaml.safe_load(_ROW_MISTAKES.read_text(encoding="utf-8")):
+        with contextlib.suppress(ValueError, IndexError):
+            found += [hint] * explains(changed(expression))
+    return found[0] if len({*found}) == 1 else ""
 
 
 def rows_problem(got: list, wanted: list, what: str, columns: str = "x, y") -> Problem | None:
@@ -398,22 +473,20 @@ def rows_problem(got: list, wanted: list, what: str, columns: str = "x, y") -> P
     if _equal(got, wanted):
         return None
     first = next((i for i, (a, b) in enumerate(zip(got, wanted)) if not _equal([a], [b])), len(got))
-    names = {"got": got, "wanted": wanted, "first": first, "equal": _equal}
-    rows = yaml.safe_load(_ROW_MISTAKES.read_text(encoding="utf-8"))
-    mistake = next(row for row in rows if evaluate(row["case"], names))
-    kind = mistake.get("seen", "place")
+    hint = mistake_in_rows(lambda change: _equal(got, change(wanted)))
     if not got:
-        seen = "no rows"
-    elif kind == "times":
-        seen = f"{len(got)} times {_row(got[0])}"
-    elif kind == "missing":
+        seen, hint = "no rows", "Is the list empty, or built from something else?"
+    elif first < len(wanted) and _equal(got, wanted[:first] + wanted[first + 1 :]):
         seen = f"{len(got)} rows: row {first + 1}, {_row(wanted[first])}, is missing"
-    elif kind == "place" and len(got) == len(wanted):
+        hint = "One row is left out: where do the indices or the slice begin and end?"
+    elif got == got[:1] * len(got):
+        seen = f"{len(got)} times {_row(got[0])}"
+    elif len(got) == len(wanted):
         seen = f"row {first + 1} is {_row(got[first])} in the place of {_row(wanted[first])}"
     else:
         seen = f"{len(got)} rows, the first {_row(got[0])}"
     expected = f"{what}: {len(wanted)} rows {columns}, the first {_row(wanted[0])}"
-    return Problem(expected, seen, mistake["hint"])
+    return Problem(expected, seen, hint or "Compare the numbers: what causes the first difference?")
 
 
 def _equal(a: Sequence, b: Sequence) -> bool:

@@ -16,6 +16,7 @@ from sdc_workshop.exam.answer import (
     listed,
     wrong,
 )
+from sdc_workshop.exam.families import UNKNOWN
 from sdc_workshop.exam.output import Crash, crash, meaning
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import NotBuilt, Student
@@ -228,7 +229,7 @@ class RegionCheck:
         if self.file.endswith(".py"):
             right = body(solution(self.file).read_text(encoding="utf-8"), todo)
             found = typical.mistakes(body(variant.text, todo), region, right)
-            hint = " ".join([*found, hint]).strip()
+            hint = " ".join([*found, hint.replace(UNKNOWN, "") if found else hint]).strip()
         line = variant.student_line(problem.line, todo)
         return Answer(WRONG, problem.expected, problem.seen, hint, f"src/{self.file}", line)
 

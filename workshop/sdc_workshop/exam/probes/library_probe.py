@@ -83,11 +83,13 @@ def unchanged(function: Callable, *arguments: object) -> bool:
 
 
 def digests(names: dict, wanted: list) -> list:
-    """Return a number for the content of each of the values with these names."""
+    """Return a number for the arrays that each of the values with these names is or has."""
     found = []
     for name in wanted:
+        parts = getattr(names[name], "__dict__", {"": names[name]}).values()
+        arrays = [part for part in parts if isinstance(part, (np.ndarray, list))]
         try:
-            found.append(zlib.crc32(pickle.dumps(names[name])))
+            found.append(zlib.crc32(pickle.dumps(arrays)))
         except (AttributeError, TypeError, pickle.PicklingError):
             found.append(0)
     return found
@@ -130,17 +132,22 @@ def _parameters() -> dict:
     return dict(yaml.safe_load(file.read_text(encoding="utf-8")))
 
 
+def path_with(planned: Callable[[int], float]) -> list:
+    """Return the rows of the path y = x / 2 + 1, with the target speed of each point i [m/s]."""
+    return [[0.9 * i, 0.45 * i + 1.0, planned(i)] for i in range(25)]
+
+
 def controller_answer(
     x: float,
     y: float,
     yaw: float,
     speed: float,
-    planned: Callable[[int], float],
+    rows: list,
     parameters: dict | None = None,
     yaw_rate: float = 0.0,
     method: str = "stanley",
 ) -> list | None:
-    """Return throttle, steer and brake of a car beside the path y = x / 2 + 1, after some ticks.
+    """Return throttle, steer and brake of a car beside a path, after some ticks.
 
     The jerk limit allows so small a change of the acceleration that it takes these ticks.
 
@@ -149,7 +156,7 @@ def controller_answer(
         y: position [m]
         yaw: heading in the end [rad]
         speed: speed [m/s]
-        planned: returns the target speed of point i of the path [m/s]
+        rows: the path, see `path_with`
         parameters: parameters of the controller; None: those of the solution
         yaw_rate: how the heading changes [rad/s]
         method: steering method
@@ -164,7 +171,7 @@ def controller_answer(
     steering = load_steering(method, parameters[method], Axles(**parameters["axles"]))
     controller = Controller(parameters.__getitem__, steering)
     path = ReferencePath()
-    path.update([(0.9 * i, 0.45 * i + 1.0, planned(i)) for i in range(25)])
+    path.update(rows)
     for tick in range(TICKS):
         heading = yaw - yaw_rate * 1e-9 * STEP_NS * (TICKS - 1 - tick)
         observation = Observation(tick * STEP_NS, x, y, heading, speed)
@@ -177,6 +184,7 @@ _HELPERS = (
     digests,
     marked,
     part,
+    path_with,
     pid_outputs,
     road,
     speed_of,
@@ -206,11 +214,27 @@ def evaluate(expression: str, names: dict) -> object:
     return eval(compile(str(expression), "<check>", "eval"), names)
 
 
-def names_for(module: str, given: dict, asked: Mapping[str, Any]) -> dict:
+class Names(dict):
+    """Names that expressions use; what is given is evaluated when it is used first.
+
+    Attributes:
+        given: expressions by their name
+    """
+
+    given: dict = {}
+
+    def __missing__(self, name: str) -> object:
+        if name not in self.given:
+            raise KeyError(name)
+        self[name] = evaluate(self.given[name], self)
+        return self[name]
+
+
+def names_for(module: str, given: dict, asked: Mapping[str, Any]) -> Names:
     """Return the names that expressions about a module use; those in `asked` replace its own."""
-    names = {**vars(importlib.import_module(module)), **HELPERS, **asked}
-    for name, expression in given.items():
-        names[name] = evaluate(expression, names)
+    known = {**vars(importlib.import_module(module)), **HELPERS, **asked}
+    names = Names((name, value) for name, value in known.items() if name not in given)
+    names.given = given
     return names
 
 
@@ -249,7 +273,13 @@ def main() -> None:
     """Answer until the socket is closed."""
     link = socket.socket(fileno=os.dup(0))
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
-    names: dict = {"begin": lambda *of: names.update(names_for(*of, {})), "plain": plain}
+    names: dict = {"plain": plain}
+
+    def begin(module: str, given: dict) -> None:
+        found = names_for(module, given, {})
+        names.update({name: found[name] for name in given}, **found)
+
+    names["begin"] = begin
 
     class Question(pickle.Unpickler):
         def persistent_load(self, name: str) -> object:
