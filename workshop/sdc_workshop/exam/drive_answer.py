@@ -4,8 +4,15 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
+from sdc_common.geometry.route import Route
+from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_sim.evaluation.ideal_drive import IdealDrive
+from sdc_sim.report.comparison import load_report
 from sdc_workshop.exam.answer import PASSED, WRONG, Answer, listed, wrong
 from sdc_workshop.exam.output import crash, last_line, plain
 from sdc_workshop.exam.process import TIMEOUT_S
@@ -14,6 +21,8 @@ from sdc_workshop.exam.student import Student
 from sdc_workshop.exam.unknown_route import write_unknown_route, write_unseen_road
 
 DRIVE_TIMEOUT_S = 240.0
+# The car was so much faster than the packaged plan, or so far beside the route.
+_TOO_FAST_MPS, _BESIDE_M = 2.0, 0.5
 _ARGUMENTS = "sdc_package all.launch sync:=true headless:=true"
 _REFEREE = re.compile(r"referee: (\w+): (.*)")
 _DIED = re.compile(r"^\[(\w+)-\d+\] process has died \[.*?(exit code -?\d+)", re.MULTILINE)
@@ -54,6 +63,29 @@ def _cause(output: str, student: Student) -> tuple:
     return broken.error if broken is not None else "", None, None
 
 
+def _first_wrong(report: Path, road: tuple) -> str:
+    """Return which of speed and steering went wrong first in a drive, "" where neither did."""
+    from sdc_workshop.exam.refereed_drive import ROUTE, packaged_rules
+
+    route = Route(load_waypoints(str(road[0] if road else ROUTE)))
+    trace = load_report(str(report)).trace
+    if trace is None:
+        return ""
+    planned_mps = np.interp(
+        trace["s_m"], route.s, IdealDrive(route, packaged_rules(True).speed_limits()).speed_mps
+    )
+    is_fast = trace["speed_mps"] > planned_mps + _TOO_FAST_MPS
+    is_beside = np.abs(trace["cross_track_m"]) > _BESIDE_M
+    places = np.flatnonzero(is_fast | is_beside)
+    if not len(places):
+        return ""
+    first = places[0]
+    speed, beside = trace["speed_mps"][first], abs(trace["cross_track_m"][first])
+    found = "drive_speed" if is_fast[first] else "drive_steering"
+    texts = {"speed": speed, "planned": planned_mps[first], "beside": beside}
+    return listed(found, time=trace["time_s"][first] - trace["time_s"][0], **texts).hint
+
+
 def drive_answer(stage: Stage, table: dict, second: bool = False) -> tuple:
     """Drive the route.
 
@@ -89,4 +121,6 @@ def drive_answer(stage: Stage, table: dict, second: bool = False) -> tuple:
     found = listed(f"drive_{report['status']}", seen=seen)
     if cause:
         found = listed("drive_error", seen=seen, cause=cause)
+    elif report["status"] == "off_route":
+        found = replace(found, hint=f"{_first_wrong(path, road)} {found.hint}".strip())
     return wrong(found, *place), report

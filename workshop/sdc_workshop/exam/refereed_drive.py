@@ -42,7 +42,7 @@ _IDLE_LOOKS = 20
 _POLL_S = 0.05
 # The last command may arrive after the end of the drive.
 _LATE_S = 0.2
-_ROUTE = SOLUTION / "sdc_common" / "data" / "waypoints.csv"
+ROUTE = SOLUTION / "sdc_common" / "data" / "waypoints.csv"
 _WORLD_LAUNCH = SOLUTION / "sdc_sim" / "launch"
 # The simulator's two processes; the second one runs where there is a camera.
 _SIMULATOR = "/sim"
@@ -56,7 +56,7 @@ def refereed_drive(
     report: Path,
     world: Sequence[str] = (),
     held_out: Path | None = None,
-    route: Path = _ROUTE,
+    route: Path = ROUTE,
 ) -> str:
     """Drive, and write the report.
 
@@ -89,8 +89,8 @@ def refereed_drive(
             _WORLD_LAUNCH / name: _without_nodes(folder, name)
             for name in ("sim.launch", "referee.launch")
         }
-        if route != _ROUTE:
-            replaced[_ROUTE] = route
+        if route != ROUTE:
+            replaced[ROUTE] = route
         command = ["roslaunch", "--skip-log-check", *arguments, f"report:={own_report}"]
         with stage.start(command, stage.environment(), replaced=replaced) as stack:
             referee = _Referee(stage, events, held_out or route, held_out is not None)
@@ -141,7 +141,7 @@ def _without_nodes(folder: Path, name: str) -> Path:
     return path
 
 
-def _rules(finish_at_rest: bool) -> EvaluationRules:
+def packaged_rules(finish_at_rest: bool) -> EvaluationRules:
     """Return the rules of the packaged configuration, whatever the student's planner has."""
 
     def settings(package: str, name: str) -> dict:
@@ -168,7 +168,7 @@ class _Referee:
         self._commands = 0
         # As in the messages, whose numbers have 32 bits.
         self._route = points_as_sent(load_waypoints(str(route)))
-        self._evaluator = Evaluator(_rules(finish_at_rest=not is_held_out))
+        self._evaluator = Evaluator(packaged_rules(finish_at_rest=not is_held_out))
         self._is_held_out = is_held_out
         self._evaluator.set_route(self._route)
         self._missions = Received(_MISSION, Mission)
