@@ -55,7 +55,7 @@ def check(folder: Path, steps: list, show: Show, json_path: str = "", seed: str 
     with Stage(student, seed=seed) as stage:
         examination = Examination(student, stage)
         show.begin(folder, steps)
-        answers = examination.judge(steps, show.step)
+        answers = examination.judge(steps, show.step, on_begin=show.waits)
         end(folder, steps, answers, show)
     if json_path:
         found = {
@@ -107,7 +107,7 @@ def watch(folder: Path, steps: list, show: Show) -> int:
             examination.answers.update((step_id, Answer(PASSED)) for step_id in unchanged)
             show.clear()
             show.begin(folder, steps)
-            answers = examination.judge(steps, show.step, stop_at_first=True)
+            answers = examination.judge(steps, show.step, True, show.waits)
             end(folder, steps, answers, show)
             if all(answer.status == PASSED for answer in answers.values()):
                 return 0

@@ -35,6 +35,7 @@ class Show:
     def __init__(self, stream: TextIO):
         self._stream = stream
         self._colour = stream.isatty()
+        self._waits = False
         try:
             "✓█".encode(stream.encoding or "ascii")
             self._plain = False
@@ -49,6 +50,12 @@ class Show:
     def begin(self, folder: Path, steps: list) -> None:
         """Print which workspace is checked."""
         self._line(f"{folder}: {len(steps)} step{'s' if len(steps) != 1 else ''}")
+
+    def waits(self, step: Step, what: str) -> None:
+        """Show on a terminal what the check of a step waits for; the next line replaces it."""
+        if self._colour and what:
+            self._write(f" ... {step.id:20} {what}\r")
+            self._waits = True
 
     def step(self, step: Step, answer: Answer) -> None:
         """Print one line about a step."""
@@ -139,6 +146,8 @@ class Show:
         self._write(text + "\n")
 
     def _write(self, text: str) -> None:
+        if self._waits:
+            text, self._waits = f"\x1b[K{text}", False
         encoding = self._stream.encoding or "utf-8"
         self._stream.write(text.encode(encoding, errors="replace").decode(encoding))
         self._stream.flush()

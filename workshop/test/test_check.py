@@ -15,7 +15,7 @@ from sdc_workshop import progress
 from sdc_workshop.check import end, stamps
 from sdc_workshop.exam import examination, process
 from sdc_workshop.exam.answer import NOT_JUDGED, PASSED, UNFINISHED, WAITING, WRONG, Answer
-from sdc_workshop.exam.examination import Examination
+from sdc_workshop.exam.examination import Examination, check_of
 from sdc_workshop.exam.output import crash, meaning
 from sdc_workshop.exam.probes import library_probe
 from sdc_workshop.exam.process import NotJudged, Program, marked
@@ -280,6 +280,24 @@ def test_wrong_step_is_explained_before_an_unfinished_one():
             "the wrong step comes first"
         )
         assert "where     f:7" in text
+
+
+def test_terminal_shows_what_the_check_waits_for_until_the_answer():
+    class Terminal(io.StringIO):
+        encoding = "utf-8"
+
+        def isatty(self):
+            return True
+
+    shown = {}
+    for stream in (Terminal(), io.StringIO()):
+        show, step = Show(stream), find_step("camera-3")
+        show.waits(step, check_of(step).waits_for)
+        show.step(step, Answer(PASSED))
+        shown[stream.isatty()] = stream.getvalue()
+    first, last = shown[True].split("\r\x1b[K")
+    assert "the node starts" in first and "camera-3" in last
+    assert "starts" not in shown[False] and "camera-3" in shown[False]
 
 
 def test_program_ends_with_all_processes_it_started():

@@ -85,7 +85,7 @@ class Examination:
         steps: list,
         on_answer: Callable[[Step, Answer], object] = lambda step, answer: None,
         stop_at_first: bool = False,
-        on_begin: Callable[[Step], object] = lambda step: None,
+        on_begin: Callable[[Step, str], object] = lambda step, waits_for: None,
     ) -> dict:
         """Check some steps. Steps of one file are checked together, where possible in one run.
 
@@ -93,7 +93,7 @@ class Examination:
             steps: the steps
             on_answer: called with each step and its answer, in order, as soon as it is known
             stop_at_first: stop after the first step that is not passed
-            on_begin: called with each step before it is checked
+            on_begin: called with each step before it is checked, and what takes long, for people
 
         Returns:
             the answers by step id
@@ -101,7 +101,9 @@ class Examination:
         reported = 0
         for step in steps:
             if step.id not in self.answers:
-                on_begin(step)
+                check = check_of(step)
+                drives = "the car drives the whole route" if step.id.endswith("drive") else ""
+                on_begin(step, check.waits_for if check is not None else drives)
                 for step_id, answer in self._checked(step, steps).items():
                     seed = self.stage.seed if answer.status == WRONG else ""
                     self.answers[step_id] = replace(encodable(answer), seed=seed)

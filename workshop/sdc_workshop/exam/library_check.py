@@ -54,6 +54,7 @@ class LibraryCheck(RegionCheck):
         self._laws = table.get("law", {})
         self._given = table.get("given", {})
         self._asked = table.get("asked", ())
+        self.waits_for = "it is tried in single scenes, then in drives" if self._asked else ""
         path = Path(file).with_suffix("")
         self._module = ".".join(path.parts[path.parts.index("src") + 1 :])
 

@@ -38,6 +38,7 @@ class NodeCheck(RegionCheck):
     # node must connect to before it gets messages
     topics: tuple = ()
     answer: str  # what the node publishes, for people
+    waits_for = "the node starts, connects and answers messages"
 
     def __init__(self, table: dict):
         self._table = table

@@ -47,6 +47,7 @@ class RegionCheck:
         left_empty: regions of later steps, which stay as in the template
         needs: messages whose classes must be built before any of these regions can run
         needs_build: whether the workspace must be built
+        waits_for: what takes longer than reading the file, for people
     """
 
     file: str
@@ -54,6 +55,7 @@ class RegionCheck:
     left_empty: tuple = ()
     needs: tuple = ()
     needs_build = True
+    waits_for = ""
 
     def problems(self, variant: Variant, stage: Stage) -> list:
         """Return what is wrong with a variant of the file, the most useful problem first.

@@ -91,7 +91,7 @@ def main() -> None:
             if answer.status == NOT_JUDGED:
                 record.note(f"{step.id} was {_NOT_JUDGED}")
 
-        examination.judge(steps, save, on_begin=lambda step: record.begin(step.id))
+        examination.judge(steps, save, on_begin=lambda step, _: record.begin(step.id))
         if secret and (examination.report or {}).get("driving_score"):
             record.begin(UNKNOWN)
             # The student's programs see the road when they drive it, and never its traffic.
