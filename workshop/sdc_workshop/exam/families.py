@@ -112,7 +112,7 @@ def sentence(
             is_plain, said = meaning is not None, [said[0] or meaning or said[0], said[1]]
         if matches == len(got) and (number is None or is_plain):
             return _filled(said, number)
-        if matches > count and (is_plain and 2 * matches >= len(got) or matches == len(got)):
+        if matches > count and (is_plain and 4 * matches >= 3 * len(got) or matches == len(got)):
             best, count = _filled(said, number), matches
         if time.process_time() > end_s:
             break

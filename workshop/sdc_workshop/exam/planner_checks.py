@@ -270,10 +270,12 @@ class LocalPlannerCheck(NodeCheck):
                     is_explained(scene.planned, change, got[-1]) for scene, got in received
                 )
             )
-        for expression, hint in self._table["instead"]:
-            if all(is_explained(scene.evaluated, expression, got[-1]) for scene, got in received):
-                return str(hint)
-        return ""
+        hints = [
+            hint
+            for expression, hint in self._table["instead"]
+            if all(is_explained(scene.evaluated, expression, got[-1]) for scene, got in received)
+        ]
+        return " Or: ".join(dict.fromkeys(hints))
 
 
 def _route(random: Random) -> list:
@@ -328,10 +330,11 @@ class Scene:
         self._points = np.array(self.mission, np.float32).astype(float)
         route = LocalPlanner(self._points, self._settings).route
         self._search = WaypointSearch(route.points)
-        # A little beyond a point, which is the nearest one, and to the side of it.
+        # A little beyond a point, which is the nearest one, or before it, and to the side of it.
         place = int(np.searchsorted(route.s, s_m))
         (x, y), yaw = route.points[place].tolist(), float(route.heading[place])
         along, side = random.uniform(0.1, 0.3), random.uniform(0.2, 0.5)
+        along *= 1.0 if "light" in text else -1.0
         self._car = (
             x + along * math.cos(yaw) - side * math.sin(yaw),
             y + along * math.sin(yaw) + side * math.cos(yaw),
