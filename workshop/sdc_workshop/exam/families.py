@@ -413,6 +413,7 @@ def _name(part: ast.AST, text: str) -> str:
         return f"`{shown}`"
     names = [node for node in ast.walk(part) if isinstance(node, (ast.Name, ast.Attribute))]
     texts = [_source(node, text) for node in names]
+    texts = [name for name in texts if not name.endswith((".inf", ".nan"))] or texts
     if not texts:
         return f"`{shown[:_SHORT]}`"
     return f"the part with `{min(texts, key=text.count)}`"

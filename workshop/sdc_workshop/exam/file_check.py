@@ -212,7 +212,7 @@ def configuration_error(stage: Stage, text: str | None = None) -> tuple:
     with stage.start(["sh", "-c", configure, source], stage.world_environment) as program:
         if program.wait() == 0:
             return "", None
-        output = program.output
+        output = program.output.replace(f"{source}/", "")
     error = _first_cmake_error(output)
     line = re.search(r"\bCMakeLists\.txt:(\d+)", output[output.find("CMake Error") :])
     return error or last_line(output), int(line[1]) if line else None
