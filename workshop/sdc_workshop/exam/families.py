@@ -151,6 +151,8 @@ class _Trial:
     ):
         self._function, self._node = function, node
         self._results, self._got, self._same = results, got, same
+        sizes = (abs(number) for number in _flat(got))
+        self._greatest = max((size for size in sizes if size < math.inf), default=0.0)
 
     def matches(self, has_number: bool) -> tuple:
         """Return in how many calls the results are equal, 0 if not in the first, and the number."""
@@ -165,8 +167,7 @@ class _Trial:
         name = self._function.__name__
         codes = [code for code in made.co_consts if getattr(code, "co_name", "") == name]
         kept, space = self._function.__code__, self._function.__globals__
-        numbers = [abs(number) for number in _flat(self._got) if math.isfinite(number)]
-        space.update({_LIBRARY: np, _GREATEST: max(numbers, default=0.0)})
+        space.update({_LIBRARY: np, _GREATEST: self._greatest})
         try:
             self._function.__code__ = codes[0]
             number = self._number() if has_number else None
