@@ -344,7 +344,8 @@ def _other_names(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tupl
     used = [(box, key) for box, key in read if isinstance(box[key], (ast.Name, ast.Attribute))]
     values = {argument.arg: ast.Name(argument.arg, ast.Load()) for argument in node.args.args}
     values.update((_source(box[key], text), box[key]) for box, key in used)
-    for first, second in itertools.combinations({_source(box[key], text) for box, key in used}, 2):
+    found = dict.fromkeys(_source(box[key], text) for box, key in used)
+    for first, second in itertools.combinations(found, 2):
         names = {"A": f"`{first}`", "B": f"`{second}`"}
         body = copy.deepcopy(node.body)
         for box, key in _slots(ast.Module(body, []), 0, node.end_lineno or 0):
