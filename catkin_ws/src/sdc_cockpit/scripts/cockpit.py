@@ -4,7 +4,9 @@
 import argparse
 import asyncio
 import concurrent.futures
+import contextlib
 import functools
+import os
 import threading
 import time
 from dataclasses import replace
@@ -25,7 +27,7 @@ from std_srvs.srv import Trigger
 from sdc_cockpit import protocol, server
 from sdc_cockpit.access import Access, is_loopback, new_token
 from sdc_cockpit.drive_arguments import drive_arguments, form_fields
-from sdc_cockpit.drive_runner import DriveRunner
+from sdc_cockpit.drive_runner import DriveRunner, metrics_of
 from sdc_cockpit.drive_view import EGO, DriveView
 from sdc_cockpit.driving import PERSON, STACK, RemoteDriving
 from sdc_cockpit.graph_view import LogLines, node_rows
@@ -36,7 +38,7 @@ from sdc_cockpit.viewers import Viewers
 from sdc_common.configuration import package_folder
 from sdc_common.ros.conversion import command_message
 from sdc_common.ros.drive_master import running_node
-from sdc_common.ros.node import LoopPublisher, parameter, refuse, spin_with
+from sdc_common.ros.node import ENDED_PARAMETER, LoopPublisher, parameter, refuse, spin_with
 from sdc_common.ros.refusal import refusing
 from sdc_common.validation import check_between, check_positive
 from sdc_sim.manual_control.keyboard import KeyboardControlRates
@@ -187,7 +189,7 @@ class Cockpit:
         scale = {"full_speed": self.full_speed_mps, "speed_colours": SPEED_COLOURS}
         values = {"viewer": viewer.number, "fields": fields, **scale}
         viewer.send(protocol.json_message("hello", log=self.log.all(), **values))
-        self.executor.submit(self.send_drives)
+        self.executor.submit(self.attempt, "Drives", self.send_drives)
         self.next_nodes_s = self.next_state_s = 0.0
         self.subscribe()
 
@@ -266,6 +268,7 @@ class Cockpit:
     def before_drive(self):
         if who := running_node(rosgraph.get_master_uri(), ["/sim"]):
             raise ValueError(f"a drive runs that this page did not start: {who}; end it first")
+        rospy.set_param(ENDED_PARAMETER, False)
         self.view.clear()
 
     def stop_drive(self):
@@ -280,7 +283,7 @@ class Cockpit:
 
     def send_drives(self):
         past = [{**row, "key": self.access.key(row["name"])} for row in self.drives.past()]
-        drives = {"running": self.drives.running, "past": past}
+        drives = {"running": self.drives.running, "ended": self.drives.last, "past": past}
         message = protocol.json_message("drives", offered=self.drives.offered, **drives)
         self.in_loop(self.viewers.broadcast, message, True)
 
@@ -313,7 +316,7 @@ class Cockpit:
             self.viewers.broadcast(protocol.json_message("log", lines=lines), always=True)
         if now_s >= self.next_nodes_s:
             self.next_nodes_s = now_s + NODES_EVERY_S
-            self.executor.submit(self.send_nodes)
+            self.executor.submit(self.attempt, "Nodes", self.send_nodes)
         if self.view.running or now_s >= self.next_state_s:
             self.next_state_s = now_s + IDLE_STATE_EVERY_S
             self.viewers.broadcast(protocol.json_message("state", **self.state()))
@@ -323,13 +326,27 @@ class Cockpit:
         if mode == STACK and self.other_driver:
             mode = "other program"
         driver = self.driving.viewer if mode == PERSON else None
-        return {**self.view.state(), "mode": mode, "driver": driver, "viewers": len(self.viewers)}
+        values = {"mode": mode, "driver": driver, "viewers": len(self.viewers)}
+        return {**self.view.state(), **values, "phase": self.phase()}
+
+    def phase(self):
+        """Return what happens before and after the drive itself, None while the car drives."""
+        if self.view.stamp is None:
+            return self.drives.phase or "no simulation yet"
+        with contextlib.suppress(OSError, rosgraph.MasterException):
+            if rospy.get_param_cached(ENDED_PARAMETER, False):
+                return "writing the report"
+        return None
+
+    def attempt(self, panel, action):
+        """Send the content of a panel, or report why there is none."""
+        try:
+            action()
+        except (ValueError, OSError, rosgraph.MasterException) as error:
+            self.notice("warn", f"{panel}: {error}")
 
     def send_nodes(self):
-        try:
-            rows = node_rows(self.master, self.feeds.rates())
-        except (OSError, rosgraph.MasterException):
-            return
+        rows = node_rows(self.master, self.feeds.rates())
         self.in_loop(self.viewers.broadcast, protocol.json_message("nodes", nodes=rows))
         self.send_parameters()
 
@@ -347,7 +364,16 @@ class Cockpit:
         rospy.on_shutdown(self.on_shutdown)
         self.loop.start()
 
+    def show_end(self):
+        """Show how the drive of this page ended, which ends the page, too."""
+        with contextlib.suppress(OSError, KeyError, rosgraph.MasterException):
+            path = os.path.expanduser(rospy.get_param("/referee/report"))
+            metrics = {"report": path, **metrics_of(path)}
+            self.in_loop(self.viewers.broadcast, protocol.json_message("ended", **metrics), True)
+
     def on_shutdown(self):
+        if not self.drives.offered:
+            self.show_end()
         self.drives.end()
         if self.overridden:
             self.overrides.publish(False)

@@ -30,6 +30,14 @@ signal.signal(signal.SIGTERM, end)
 if "sync:=true" in sys.argv:
     write("completed")
     sys.exit(0)
+if "seed:=1" in sys.argv:
+    print(report + ": ticks is 4", report + ": stops is 2", "drive: failed", sep="\\n")
+    write("completed")
+    sys.exit(1)
+if "map:=gone" in sys.argv:
+    print("\x1b[31mdrive: there is no map gone\x1b[0m")
+    sys.exit(2)
+print("prepare: compiling: 36 %", flush=True)
 open(os.path.join(os.path.dirname(report), "ready"), "w").close()
 while True:
     signal.pause()
@@ -75,11 +83,23 @@ def test_one_drive_runs_at_a_time_and_a_stop_ends_it(runner, tmp_path):
     with pytest.raises(ValueError, match=f"the drive {name} runs; stop it first"):
         runner.start("", [])
     assert runner.past() == []
+    assert (runner.phase, runner.last) == ("compiling: 36 %", None)
     runner.stop()
     assert runner.ended()
-    assert runner.past()[0]["status"] == "aborted"
+    assert [runner.past()[0][key] for key in ("status", "problem")] == ["aborted", ""]
+    assert (runner.phase, runner.last) == ("", name)
     with pytest.raises(ValueError, match="no drive runs"):
         runner.stop()
+
+
+@pytest.mark.parametrize(
+    ("argument", "problem"),
+    [("seed:=1", "ticks is 4; stops is 2"), ("map:=gone", "drive: there is no map gone")],
+)
+def test_drive_that_fails_is_listed_with_its_cause(runner, argument, problem):
+    runner.start("", [argument])
+    assert runner.ended()
+    assert runner.past()[0]["problem"] == problem
 
 
 def test_no_other_file_is_served(runner):

@@ -5,15 +5,28 @@ import { set } from "./panels.js";
 const $ = (id) => document.getElementById(id);
 const SWITCHES = ["sync", "camera"];
 const NUMBERS = ["planned_speed_mps", "friction", "side_wind_mps", "seed"];
+// What the car waited for is why it ended with these.
+const WAITING = ["blocked", "timeout"];
 const query = (values = {}) => new URLSearchParams({ ...values, token }).toString();
 const fixed = (value, digits, unit) => (value === null || value === undefined ? "–" : `${value.toFixed(digits)} ${unit}`);
 
+// How a drive ended, and where its report is: a link, or the path of the file.
+function showEnd({ status, exit_status: exit, route_completion_percent: percent, duration_s: time, driving_score: score, problem, reason, report }, link) {
+  const good = status === "completed" && !problem && !exit;
+  const why = problem || (good ? `${fixed(time, 1, "s")}, driving score ${score.toFixed()}` : WAITING.includes(status) && reason);
+  const text = `${status?.replaceAll("_", " ") ?? "failed, without a report"}${status ? ` at ${fixed(percent, 0, "%")}` : ""}${why ? `: ${why}` : ""}. `;
+  if (link) link.textContent = `Open ${link.textContent}`;
+  $("end").replaceChildren(text[0].toUpperCase() + text.slice(1), link ?? (report ? `Report: ${report}` : ""));
+  Object.assign($("end"), { className: good ? "good" : "bad", hidden: false });
+}
+
 export class Drives {
-  #connection; #notice; #offered = false; #running = null; #chosen = [];
+  #connection; #notice; #offered = false; #running = null; #ended = null; #chosen = [];
 
   constructor(connection, notice) {
     this.#connection = connection;
     this.#notice = notice;
+    connection.addEventListener("ended", ({ detail }) => showEnd(detail));
     connection.addEventListener("hello", ({ detail }) => this.#choices(detail));
     connection.addEventListener("drives", ({ detail }) => this.#show(detail));
     $("start-form").addEventListener("submit", (event) => {
@@ -30,11 +43,14 @@ export class Drives {
   }
 
   // Called with each state of the drive.
-  update({ progress }) {
+  update({ progress, phase, reason }) {
     set($("progress"), "hidden", this.#running === null);
     set($("progress"), "value", progress ?? 0);
-    const share = this.#running && progress !== null ? `, ${Math.round(100 * progress)} %` : "";
+    const share = phase ? `: ${phase}` : progress === null ? "" : `, ${Math.round(100 * progress)} %`;
     set($("drive-state"), "textContent", this.#running ? `${this.#running} runs${share}` : "none runs");
+    if (this.#ended === null || this.#running !== null) return;
+    showEnd({ reason, ...this.#ended }, this.#files(this.#ended)[0]);
+    this.#ended = null;
   }
 
   // Choices, ranges and sentences are those of the table of ./drive's arguments.
@@ -55,18 +71,20 @@ export class Drives {
     this.#connection.send("start", { scenario: fields.scenario.value, arguments: values });
   }
 
-  #show({ offered, running, past }) {
+  #show({ offered, running, ended, past }) {
     this.#offered = offered;
     for (const id of ["drives-panel", "to-drives"]) $(id).hidden = !offered;
     this.#running = running;
-    $("start").disabled = running !== null;
-    $("stop").disabled = running === null;
+    $("next-drive").hidden = !this.idle;
+    $("stop").hidden = running === null;
+    if (running !== null) $("end").hidden = true;
     const names = new Set(past.map(({ name }) => name));
     this.#chosen = this.#chosen.filter((name) => names.has(name));
     $("past-drives").hidden = past.length === 0;
     $("past").replaceChildren(...past.map((drive) => this.#row(drive)));
     this.#choose();
-    this.update({ progress: null });
+    // Its banner comes with the next state, which has the last reason of its speed.
+    this.#ended = past.find(({ name }) => name === ended) ?? null;
   }
 
   #row(drive) {
@@ -90,15 +108,17 @@ export class Drives {
     for (const text of texts) line.insertCell().textContent = text;
     line.cells[1].title = drive.arguments.join(" ");
     line.cells[2].className = good ? "good" : "bad";
-    const files = line.insertCell();
-    for (const [file, text] of [["report.html", "report"], ["drive.log", "log"]]) {
-      if (file === "report.html" && !drive.page) continue;
-      const link = Object.assign(document.createElement("a"), {
-        href: `drives/${encodeURIComponent(drive.name)}/${file}?key=${drive.key}`, target: "_blank", rel: "noopener", textContent: text,
-      });
-      files.append(link);
-    }
+    line.cells[2].title = drive.problem;
+    line.insertCell().append(...this.#files(drive));
     return line;
+  }
+
+  // Links to the files of a drive, the report first.
+  #files({ name, page, key }) {
+    const files = [["report.html", "report"], ["drive.log", "log"]].slice(page ? 0 : 1);
+    return files.map(([file, textContent]) => Object.assign(document.createElement("a"), {
+      href: `drives/${encodeURIComponent(name)}/${file}?key=${key}`, target: "_blank", rel: "noopener", textContent,
+    }));
   }
 
   #choose() {

@@ -9,9 +9,11 @@ import { aheadOnPath, Picture } from "./picture.js";
 
 const NOTICE_MS = 4000;
 const OBSTACLE_AHEAD_M = 30;
-const MODES = { none: "no drive runs", stack: "the stack drives", person: "a viewer drives", braking: "braking", "other program": "another program drives" };
+const MODES = { none: "no drive runs", starting: "starting", over: "the drive is over", stack: "the stack drives", person: "a viewer drives", braking: "braking", "other program": "another program drives" };
 // Without a simulation these have no effect.
 const NEED_SIMULATION = ["drive", "pause", "step", "reset", "obstacle", "mask"];
+// While this page can start a drive, their place is that of Start.
+const WHILE_DRIVING = ["drive", "pause", "step", "reset", "obstacle"];
 const $ = (id) => document.getElementById(id);
 
 const connection = new Connection();
@@ -68,8 +70,7 @@ function onState(news) {
   const mine = state.mode === "person" && state.driver === viewer;
   if (mine !== controls.driving && !mine && state.mode === "braking") notice("The controls did not arrive: the car brakes", "warn");
   controls.setDriving(mine);
-  showDriver(drives.idle ? "none" : state.mode, mine);
-  showRunning();
+  showRunning(mine);
   showInstruments(state);
   drives.update(state);
   plots?.add(state);
@@ -78,13 +79,15 @@ function onState(news) {
 }
 
 // What is on the page belongs to the drive that runs, or to one that is over.
-function showRunning() {
-  const { idle } = drives, time = state.t === null ? "" : `${state.t.toFixed(1)} s`;
-  set($("no-picture"), "textContent", idle ? "No drive runs: press Start" : "Waiting for a picture");
-  set($("clock"), "textContent", idle ? time && `the last one ended at ${time}` : time ? time + (state.running ? "" : ", paused") : "no simulation yet");
+function showRunning(mine) {
+  const { idle } = drives, { phase, running } = state, time = state.t === null ? "" : `${state.t.toFixed(1)} s`;
+  showDriver(idle ? "none" : phase ? (time ? "over" : "starting") : state.mode, mine);
+  set($("no-picture"), "textContent", idle ? "No drive runs: press Start" : phase ?? "waiting for the first picture");
+  set($("clock"), "textContent", idle ? time && `the last one ended at ${time}` : phase ?? time + (running ? "" : ", paused"));
+  if (!idle && !time) picture.await();
   document.body.classList.toggle("past", idle && time !== "");
   set($("pause"), "textContent", idle || state.running || time === "" ? "Pause" : "Resume");
-  set($("start-now"), "hidden", !idle);
+  for (const id of WHILE_DRIVING) set($(id), "hidden", idle);
   for (const id of NEED_SIMULATION) set($(id), "disabled", idle || state.t === null);
 }
 
@@ -109,7 +112,6 @@ function setView(view) {
 }
 
 const actions = {
-  "start-now": () => $("start-form").requestSubmit(),
   drive: () => (controls.driving ? controls.giveBack() : controls.takeOver()),
   pause: () => connection.send(state?.running === false ? "resume" : "pause"),
   step: () => connection.send("step"),
@@ -118,7 +120,7 @@ const actions = {
   mask: () => setMask(!maskShown),
   "to-drives": () => {
     $("drives-panel").scrollIntoView();
-    $("start-form").elements.scenario.focus();
+    $("start-form").querySelector("input").focus();
   },
   help: () => {
     $("keys").hidden = !$("keys").hidden;
@@ -154,6 +156,9 @@ connection.addEventListener("state", ({ detail }) => onState(detail));
 connection.addEventListener("nodes", ({ detail }) => showNodes(detail.nodes));
 connection.addEventListener("log", ({ detail }) => addLog(detail.lines));
 connection.addEventListener("notice", ({ detail }) => notice(detail.text, detail.level));
+// What fails in any panel, and has no notice of its own.
+addEventListener("error", ({ error }) => error && failed("This page")(error));
+addEventListener("unhandledrejection", ({ reason }) => failed("This page")(reason));
 connection.addEventListener("lost", () => {
   controls.setDriving(false);
   showDriver("connection lost", false);

@@ -1,4 +1,5 @@
 // The camera picture with the lane mask as an overlay. Only the newest picture is drawn.
+import { set } from "./panels.js";
 
 // The front camera: 90 degrees wide, mounted at x 0.7, z 1.7, 0.5 degrees nose down.
 const FOCAL_PX = 320, CENTRE = [320, 240], MOUNT_X = 0.7, MOUNT_Z = 1.7, PITCH = (0.5 * Math.PI) / 180;
@@ -12,19 +13,26 @@ export class Picture {
   arrivals = [];
   drawn = 0;
   #canvas; #context; #tint; #connection;
-  #waiting = null; #newest = 0; #mask = null; #overlay = null; #first = null; #masked = false;
+  #waiting = null; #newest = 0; #mask = null; #overlay = null; #hint; #masked = false;
 
   constructor(connection, canvas, hint) {
     this.#canvas = canvas;
     this.#context = canvas.getContext("2d", { alpha: false });
     this.#tint = document.createElement("canvas");
     this.#connection = connection;
-    this.#first = hint;
+    this.#hint = hint;
     connection.addEventListener("hello", () => { this.#newest = 0; });
     connection.addEventListener("picture", (event) => this.#receive(event.detail));
     document.addEventListener("visibilitychange", () => this.#draw());
     connection.addEventListener("mask", (event) => this.#receiveMask(event.detail));
     connection.addEventListener("overlay", (event) => this.#receiveOverlay(event.detail));
+  }
+
+  // The pictures of the last drive go when the next one starts.
+  await() {
+    if (!this.#hint.hidden) return;
+    this.#context.clearRect(0, 0, this.#canvas.width, this.#canvas.height);
+    this.#hint.hidden = false;
   }
 
   // A mask that is on its way when masks are hidden is not shown.
@@ -90,10 +98,7 @@ export class Picture {
     this.drawn += 1;
     this.#record(this.latencies, wall);
     this.#connection.send("drawn", { picture: number });
-    if (this.#first) {
-      this.#first.hidden = true;
-      this.#first = null;
-    }
+    set(this.#hint, "hidden", true);
   }
 
   // Return the place on the road that a click shows, in the map frame, or null above the horizon.

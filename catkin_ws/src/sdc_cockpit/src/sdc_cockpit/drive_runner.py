@@ -6,6 +6,7 @@ import base64
 import contextlib
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -22,6 +23,11 @@ _METRICS = (
     *("status", "route_completion_percent", "duration_s"),
     *("cross_track_rms_m", "driving_score"),
 )
+# What ./drive prints: before each step of its preparation, and at the end of a drive that failed.
+_PREPARE = "prepare: "
+_FAILED = "drive: failed"
+_ERROR = re.compile(r"\[(ERROR|FATAL)\]")
+_COLOUR = re.compile(r"\x1b\[[\d;]*m")
 _MAX_LISTED = 50
 _COMPARE_LIMIT_S = 60.0
 _END_LIMIT_S = 60.0
@@ -43,6 +49,7 @@ class DriveRunner:
         self._lock = threading.Lock()
         self._process: subprocess.Popen | None = None
         self._name: str | None = None
+        self.last: str | None = None  # the drive that ended last
 
     @property
     def offered(self) -> bool:
@@ -53,6 +60,16 @@ class DriveRunner:
     def running(self) -> str | None:
         """Return the name of the drive that runs, None without one."""
         return self._name
+
+    @property
+    def phase(self) -> str:
+        """Return what the running drive does before it has nodes, "" without a drive."""
+        if (name := self._name) is None:
+            return ""
+        lines = _lines(self._folder / name / _LOG)
+        if lines and lines[-1].startswith(_PREPARE):
+            return lines[-1][len(_PREPARE) :]
+        return "starting the nodes" if lines else "starting"
 
     def start(
         self, scenario: str, arguments: list[str], prepare: Callable[[], object] = lambda: None
@@ -122,7 +139,7 @@ class DriveRunner:
         content = {"arguments": arguments, "exit_status": status}
         with contextlib.suppress(OSError):
             (place / _DRIVE).write_text(json.dumps(content), encoding="utf-8")
-        self._name = None
+        self.last, self._name = self._name, None
         self._on_end()
 
     def past(self) -> list[dict[str, Any]]:
@@ -132,13 +149,14 @@ class DriveRunner:
 
     def _row(self, name: str) -> dict[str, Any]:
         place = self._folder / name
-        drive, metrics = _json(place / _DRIVE), _json(place / _REPORT)
+        drive, metrics = _json(place / _DRIVE), metrics_of(place / _REPORT)
         return {
             "name": name,
             "arguments": drive.get("arguments", []),
             "exit_status": drive.get("exit_status"),
             "page": (place / _PAGE).exists(),
-            **{key: metrics.get(key) for key in _METRICS},
+            "problem": _problem(place, drive.get("exit_status"), metrics["status"] is not None),
+            **metrics,
         }
 
     def file(self, name: str, file: str) -> Path | None:
@@ -186,6 +204,32 @@ class DriveRunner:
             for folder in folders
             if not any(path.is_symlink() for path in (folder, *folder.iterdir()))
         }
+
+
+def metrics_of(report: str | Path) -> dict[str, Any]:
+    """Return what a page shows of a report; each value is None if there is no report."""
+    metrics = _json(Path(report))
+    return {key: metrics.get(key) for key in _METRICS}
+
+
+def _lines(log: Path) -> list[str]:
+    try:
+        text = log.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return []
+    return [line.strip() for line in _COLOUR.sub("", text).splitlines() if line.strip()]
+
+
+def _problem(place: Path, exit_status: int | None, has_report: bool) -> str:
+    """Return the violated limits, or of a drive without a report the error; "" if none is known."""
+    if not exit_status:
+        return ""
+    lines, prefix = _lines(place / _LOG), f"{place / _REPORT}: "
+    problems = [line[len(prefix) :] for line in lines if line.startswith(prefix)]
+    if not has_report:
+        errors = [line for line in lines if _ERROR.match(line)]
+        problems = (errors or [line for line in lines if line != _FAILED])[-1:]
+    return "; ".join(problems)
 
 
 def _json(path: Path) -> dict[str, Any]:
