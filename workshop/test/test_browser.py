@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import socket
 import stat
 import subprocess
@@ -9,7 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from sdc_workshop import progress
 from sdc_workshop.browser import lab, service
+from sdc_workshop.exam.answer import PASSED
+from sdc_workshop.steps import load_steps
 from sdc_workshop.workspace import PROJECT
 
 
@@ -35,6 +39,20 @@ def test_token_is_in_a_file_that_only_its_owner_can_read(tmp_path):
     ):
         assert cookies["samesite"] == "Strict"
     assert values["ServerApp"]["terminado_settings"]["shell_command"][-1] == "/bin/bash"
+
+
+def test_first_page_has_buttons_for_a_drive_the_cockpit_and_the_next_step(tmp_path):
+    package = tmp_path / "src" / "sdc_package"
+    package.mkdir(parents=True)
+    first, second = load_steps()[:2]
+    (package / progress.NAME).write_text(json.dumps({first.id: PASSED}))
+    guide = lab.local_guide("http://x/cockpit/?token=t", tmp_path)
+    assert re.findall(r"\[<kbd>(.+?)</kbd>\]\((.+?)\)", guide.read_text(encoding="utf-8")) == [
+        ("Watch a drive", "http://x/cockpit/?token=t&drive"),
+        ("Cockpit", "http://x/cockpit/?token=t"),
+        (f"Next step: {second.title}", "<Phase 2.md>"),
+    ]
+    assert stat.S_IMODE(guide.stat().st_mode) == 0o600, "it has the token"
 
 
 def test_port_that_is_taken_is_not_used():

@@ -13,7 +13,7 @@ from headless_browser import (
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
-from sdc_testing.chromium import headless_chromium
+from sdc_testing.chromium import headless_chromium, wait_for
 from sdc_workshop.workspace import PROJECT, make
 
 pytestmark = [pytest.mark.slow(60), pytest.mark.nightly]
@@ -25,7 +25,7 @@ GUIDE = """
 return [...document.querySelectorAll('.jp-RenderedMarkdown')].map((one) => one.innerText).join("")
 """
 # The link to a page of the guide.
-PAGE = ".jp-RenderedMarkdown a[href*='{}.local.md']"
+PAGE = ".jp-RenderedMarkdown a[href*='Phase%20{}.md']"
 # Solutions behind a fold.
 FOLDED = "return document.querySelectorAll('.jp-RenderedMarkdown details:not([open]) pre').length"
 FIRST_TERMINAL = (
@@ -92,13 +92,12 @@ def browser(jupyterlab, tmp_path):
 
 
 def test_jupyterlab_has_guide_terminal_editor_and_desktop(browser, tmp_path):
-    wait_until(
-        lambda: "Write a self-driving car" in browser.execute_script(GUIDE), "the rendered guide"
-    )
+    buttons = "Watch a drive Cockpit Next step: The workspace is built"
+    wait_until(lambda: buttons in browser.execute_script(GUIDE), "the rendered guide")
     find = browser.find_elements
-    find(By.CSS_SELECTOR, PAGE.format("phase-1"))[0].click()
+    find(By.CSS_SELECTOR, PAGE.format(1))[0].click()
     wait_until(lambda: f"cd {PROJECT}\n" in browser.execute_script(GUIDE), "the page of phase 1")
-    find(By.CSS_SELECTOR, PAGE.format("phase-2"))[-1].click()
+    find(By.CSS_SELECTOR, PAGE.format(2))[-1].click()
     wait_until(lambda: browser.execute_script(FOLDED) > 2, "the page of phase 2")
     assert "~/workshop" not in browser.execute_script(GUIDE)
     wait_until(lambda: browser.execute_script(FIRST_TERMINAL), "the terminal beside the guide")
@@ -133,4 +132,7 @@ def test_jupyterlab_has_guide_terminal_editor_and_desktop(browser, tmp_path):
 
     wait_until(shows_window, "the picture of the window")
     browser.switch_to.default_content()
+    cockpit = find(By.CSS_SELECTOR, ".jp-RenderedMarkdown a[href$=drive]")[0].get_attribute("href")
     save_screenshot(browser, "browser.png")
+    browser.get(cockpit)
+    wait_for(browser, "window.cockpit && cockpit.picture.drawn > 0")

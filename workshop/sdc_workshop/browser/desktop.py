@@ -21,9 +21,10 @@ from sdc_workshop.workspace import PROJECT
 
 PORT = 6080
 NOVNC = Path("/usr/share/novnc")
-_SIZE = "1280x800"
+# Larger than a page, which cuts it: a larger page would repeat the background.
+_SIZE = "2560x1600"
 _SETUP = PROJECT / "catkin_ws" / "devel" / "setup.bash"
-# The menu, the icons below the first window, and the line of text above them.
+# The menu, and at the top of the desktop a line of text and the icons.
 CONTENT = yaml.safe_load(Path(__file__).with_name("desktop.yaml").read_text(encoding="utf-8"))
 
 
@@ -113,14 +114,15 @@ class Desktop:
         """Start idesk, which reads its files from the home folder, and write how to use it."""
         home, own = environment.get("HOME", "/"), self._folder / "idesk"
         (own / ".idesktop").mkdir(parents=True)
-        background = np.full((800, 1280, 3), (72, 60, 48), np.uint8)
-        cv2.putText(background, CONTENT["hint"], (60, 490), 0, 0.6, (255, 255, 255))
+        width, height = map(int, _SIZE.split("x"))
+        background = np.full((height, width, 3), (72, 60, 48), np.uint8)
+        cv2.putText(background, CONTENT["hint"], (40, 40), 0, 0.6, (255, 255, 255), 1, cv2.LINE_AA)
         cv2.imwrite(str(own / "background.png"), background)
         shutil.copy(Path(__file__).with_name("idesk_settings"), own / ".ideskrc")
         icon = Path(__file__).with_name("idesk_icon").read_text(encoding="utf-8")
         for i, (title, picture) in enumerate(CONTENT["icons"].items()):
             values = {"home": home, "command": terminal(title, CONTENT["menu"][title])}
-            text = icon.format(title=title, picture=picture, x=60 + 150 * i, **values)
+            text = icon.format(title=title, picture=picture, x=50 + 130 * i, **values)
             (own / ".idesktop" / f"{i}.lnk").write_text(text)
         self._programs.start(["idesk"], {**environment, "HOME": str(own)}, cwd=own)
 
@@ -157,8 +159,7 @@ def main(arguments: Sequence[str]) -> None:
         with service.Programs(folder / "log") as programs:
             port = service.free_port(options.ip, options.port)
             given_token = service.token()
-            inside = Desktop(programs, folder).start(os.environ, options.ip, port, given_token)
-            subprocess.Popen(["bash", "-c", terminal("Terminal", "")], env=inside)
+            Desktop(programs, folder).start(os.environ, options.ip, port, given_token)
             service.announce(
                 "desktop", service.url(options.ip, port, f"?token={given_token}"), options.ip
             )

@@ -14,29 +14,41 @@ from pathlib import Path
 import yaml
 
 from sdc_experiments.commands import parse
-from sdc_workshop import languages
+from sdc_workshop import languages, progress
 from sdc_workshop.browser import desktop, service
+from sdc_workshop.exam.answer import PASSED
+from sdc_workshop.steps import load_steps
 from sdc_workshop.workspace import PROJECT
 
-COCKPIT_PORT = 8080
+# Outside the ports that the cockpits of ./drive take.
+COCKPIT_PORT = 8480
 _PYTHON = PROJECT / ".browser" / "bin" / "python"
 # Programs in the terminals print their pages below this address, with the same token.
 URL_VARIABLE = "WORKSHOP_URL"
 _CONFIGURATION = Path(__file__).with_name("lab.yaml")
 
 
-def local_guide() -> Path:
+def local_guide(cockpit: str, workspace: Path) -> Path:
     """Return the path of a guide, in the reader's language, with the real path of the project.
 
-    Its pages are beside the English ones, because their links are relative: guide.local.md, ...
+    Its pages are beside the English ones, because their links are relative: "Workshop.md", ...
+
+    Args:
+        cockpit: URL of the cockpit, with the token
+        workspace: the student's, which has the results of the last check
     """
     first = languages.GUIDE[0]
     try:
         for name in languages.GUIDE:
             text = languages.page(name).replace("~/workshop", str(PROJECT))
             for other in languages.GUIDE:
-                text = text.replace(f"]({other}", f"]({_local(other)}")
-            (languages.FOLDER / _local(name)).write_text(text, encoding="utf-8")
+                text = text.replace(f"]({other}", f"](<{_local(other)}>")
+            if name == first:
+                title, _, rest = text.partition("\n")
+                text = f"{title}\n\n{_buttons(cockpit, workspace)}\n{rest}"
+            file = languages.FOLDER / _local(name)
+            file.touch(mode=0o600)
+            file.write_text(text, encoding="utf-8")
     except OSError:
         # The project of another user; the guide says how to read its commands.
         return languages.FOLDER / languages.language() / first
@@ -44,19 +56,31 @@ def local_guide() -> Path:
 
 
 def _local(name: str) -> str:
-    return name.replace(".md", ".local.md")
+    """Return the name of a page, which is the title of its tab."""
+    return name.replace("guide", "Workshop").replace("phase-", "Phase ")
 
 
-def layout(root: Path, workspace: Path) -> str:
+def _buttons(cockpit: str, workspace: Path) -> str:
+    kept = progress.statuses(workspace)
+    targets = {"Watch a drive": f"{cockpit}&drive", "Cockpit": cockpit}
+    for step in load_steps():
+        if kept.get(step.id) != PASSED:
+            targets[f"Next step: {step.title}"] = f"<{_local(f'phase-{step.phase}.md')}>"
+            break
+    return " ".join(f"[<kbd>{label}</kbd>]({target})" for label, target in targets.items())
+
+
+def layout(root: Path, workspace: Path, guide: Path) -> str:
     """Return JupyterLab's first layout, as JSON.
 
     Args:
         root: folder that JupyterLab shows; it contains workspace and project
         workspace: the workspace, or where the guide will create it
+        guide: the first page
     """
     text = json.dumps(yaml.safe_load(_CONFIGURATION.read_text(encoding="utf-8"))["layout"])
     files = workspace if workspace.is_dir() else workspace.parent
-    for name, path in (("<guide>", local_guide()), ("<files>", files)):
+    for name, path in (("<guide>", guide), ("<files>", files)):
         text = text.replace(name, json.dumps(str(path.relative_to(root)))[1:-1])
     return text
 
@@ -134,7 +158,17 @@ def main(arguments: Sequence[str]) -> None:
             port = service.free_port(options.ip, options.port)
             given_token = service.token()
             root = Path(os.path.commonpath([workspace.parent, PROJECT]))
-            proxied = {"cockpit": proxy("Cockpit", COCKPIT_PORT, given_token)}
+            cockpit_port = service.free_port("127.0.0.1", COCKPIT_PORT)
+            proxied = {
+                "cockpit": {
+                    **proxy("Cockpit", cockpit_port, given_token),
+                    # It starts when its page is first opened. TMPDIR is for JupyterLab only.
+                    "command": ["setpriv", "--pdeathsig", "TERM", "env", "-u", "TMPDIR"]
+                    + [str(PROJECT / "cockpit"), f"port:={cockpit_port}"]
+                    + [f"drives_folder:={workspace.parent / 'drives'}"],
+                    "timeout": 120,
+                }
+            }
             environment = {
                 **os.environ,
                 "JUPYTER_CONFIG_PATH": str(folder / "jupyter"),
@@ -152,7 +186,9 @@ def main(arguments: Sequence[str]) -> None:
             listen = {"ip": options.ip, "port": port}
             write_configuration(folder / "jupyter", root, listen, given_token, proxied)
             environment.update(TMPDIR=name, JUPYTERLAB_WORKSPACES_DIR=str(folder / "layouts"))
-            (folder / "layout.json").write_text(layout(root, workspace))
+            cockpit = service.url(options.ip, port, f"cockpit/?token={given_token}")
+            guide = local_guide(cockpit, workspace)
+            (folder / "layout.json").write_text(layout(root, workspace, guide))
             command = [str(_PYTHON), "-m", "jupyterlab"]
             subprocess.run(
                 [*command, "workspaces", "import", folder / "layout.json"],

@@ -21,7 +21,7 @@ function showEnd({ status, exit_status: exit, route_completion_percent: percent,
 }
 
 export class Drives {
-  #connection; #notice; #offered = false; #running = null; #ended = null; #chosen = [];
+  #connection; #notice; #offered = false; #running = null; #ended = null; #chosen = []; #begins = new URLSearchParams(location.search).has("drive");
 
   constructor(connection, notice) {
     this.#connection = connection;
@@ -83,6 +83,8 @@ export class Drives {
     $("past-drives").hidden = past.length === 0;
     $("past").replaceChildren(...past.map((drive) => this.#row(drive)));
     this.#choose();
+    if (this.idle && this.#begins) $("start-form").requestSubmit();
+    if (this.idle) this.#begins = false;
     // Its banner comes with the next state, which has the last reason of its speed.
     this.#ended = past.find(({ name }) => name === ended) ?? null;
   }

@@ -20,8 +20,6 @@ from sdc_cockpit.viewers import Viewer
 from sdc_sim.report import TEMPLATES
 
 PORTS_TO_TRY = 50
-# The port of /cockpit/ in JupyterLab, which ./workshop/browser starts.
-PROXIED_PORT = 8080
 # The files of Debian's packages libjs-three and libjs-chart.js.
 _LIBRARIES = {
     "three.module.js": "three/three.module.js",
@@ -238,10 +236,9 @@ def page_address(address: str, port: int, token: str) -> str:
     """Return the URL of the page, as it is printed.
 
     In a terminal of ./workshop/browser, WORKSHOP_URL is the address of JupyterLab, which forwards
-    /cockpit/ to port 8080 and /proxy/PORT/ to any other port.
+    /proxy/PORT/ to that port.
     """
     if os.environ.get("WORKSHOP_URL"):
-        path = "cockpit" if port == PROXIED_PORT else f"proxy/{port}"
-        return f"{os.environ['WORKSHOP_URL']}{path}/?token={token}"
+        return f"{os.environ['WORKSHOP_URL']}proxy/{port}/?token={token}"
     host = socket.gethostname() if address in ("0.0.0.0", "::", "") else address
     return f"http://{f'[{host}]' if ':' in host else host}:{port}/?token={token}"
