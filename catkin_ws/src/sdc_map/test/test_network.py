@@ -381,6 +381,14 @@ def test_signal_without_type_is_left_out(tmp_path):
     ]
 
 
+def test_light_of_a_junction_is_not_at_a_joint_of_two_roads_near_it(tmp_path):
+    signal = '<signal id="1" s="58" t="-4" dynamic="yes" orientation="+" type="1000001"/>'
+    text = chain(60.0, 60.0).replace("</lanes>", f"</lanes><signals>{signal}</signals>", 1)
+    network = load_network(write(tmp_path, text))
+    assert network.junctions and network.stop_lines == ()
+    assert not any(junction.phases for junction in network.junctions.values())
+
+
 @pytest.mark.parametrize("curvatures", [(0.07, 0.07 - 1e-16), (0.02, 0.02), (0.0, 1e-12)])
 def test_spiral_of_one_curvature_is_an_arc(tmp_path, curvatures):
     first, last = curvatures

@@ -26,6 +26,8 @@ _OPENDRIVE = (
     *("--opendrive-files=../map.xodr", "--polygon-output=map.poly.xml"),
     *("--opendrive.curve-resolution", "0.5", "--opendrive.advance-stopline", "0"),
     *("--opendrive.internal-shapes", "--output.original-names"),
+    # A light of a junction is also named by the roads near it: no light where two of them meet.
+    *("--tls.discard-simple", "true"),
 )
 # `--osm.crossings` ends with a segmentation fault on most towns.
 _OSM = (
