@@ -17,7 +17,18 @@ from sdc_map import sumo_programs
 from sdc_map.joints import joint
 from sdc_map.lane_graph import LaneGraph, NoRouteError
 from sdc_map.mission import plan_mission
-from sdc_map.network import BROKEN, DOUBLE, SOLID, STOP, WALKING, YIELD, edge_of
+from sdc_map.network import (
+    BROKEN,
+    DOUBLE,
+    NONE,
+    SOLID,
+    STOP,
+    WALKING,
+    YIELD,
+    Network,
+    RoadLane,
+    edge_of,
+)
 from sdc_map.network_file import MapError, load_network
 from sdc_testing.street_maps import dense, lane, needs_maps, opendrive, town, write
 
@@ -379,6 +390,41 @@ def test_signal_without_type_is_left_out(tmp_path):
     assert [*network.findings.lines()] == [
         "signals without type (1, the first: signal 7 of road 7)"
     ]
+
+
+def test_lines_go_on_through_a_junction_in_which_no_ways_cross(tmp_path):
+    text = chain(60.0, 30.0, 60.0)
+    for other, way in ((1, "successor"), (3, "predecessor")):
+        head, found, rest = text.partition(f'id="{other}" junction="-1"')
+        rest = re.sub(
+            f'<{way} elementType="road" elementId="2"[^>]*>',
+            f'<{way} elementType="junction" elementId="9"/>',
+            rest,
+            count=1,
+        )
+        text = head + found + rest
+    text = text.replace('id="2" junction="-1"', 'id="2" junction="9"')
+    ways = "".join(
+        f'<connection id="{road}" incomingRoad="{road}" connectingRoad="2" contactPoint="{end}">'
+        f'<laneLink from="{lane}" to="{lane}"/></connection>'
+        for road, end, lane in ((1, "start", -1), (3, "end", 1))
+    )
+    junction = f'<junction id="9" name="">{ways}</junction></OpenDRIVE>'
+    network = load_network(write(tmp_path, text.replace("</OpenDRIVE>", junction)))
+    edges = [dense(line.points_m) for line in network.lines() if line.kind == SOLID]
+    assert np.hypot(*(np.vstack(edges) - (75.0, -7.5)).T).min() < 0.1
+
+
+def test_line_between_lanes_that_begin_at_other_places_is_painted_once():
+    def street(number, y_m, start_m, end_m, left, right):
+        points = np.array([[start_m, y_m], [end_m, y_m]])
+        return RoadLane(f"e_{number}", points, 3.5, 10.0, left, right)
+
+    right = street(0, 0.0, 1.6, 50.0, BROKEN, SOLID)
+    left = street(1, 3.5, 0.0, 50.0, SOLID, BROKEN)
+    ahead = street(2, 0.0, 50.0, 90.0, BROKEN, NONE)
+    kinds = [line.kind for line in Network("two", [right, left, ahead]).lines()]
+    assert sorted(kinds) == [BROKEN, BROKEN, SOLID, SOLID]
 
 
 def test_light_of_a_junction_is_not_at_a_joint_of_two_roads_near_it(tmp_path):

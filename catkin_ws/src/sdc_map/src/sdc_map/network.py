@@ -33,6 +33,9 @@ _AGAINST_M = 8.0
 _CANDIDATES = 24
 # A line that runs so close to another one of the same kind is the same line.
 _SAME_LINE_M = 0.4
+# The lengths of the same line beside both of its lanes differ by less, as a share.
+_SAME_LENGTH = 0.1
+_AHEAD = 0.01  # share of the length of a line over which its direction is that of its middle
 _MITRE = 2.0
 # Bodies on two ways are clear of each other when these are so far apart.
 _BODY_M = 3.0
@@ -341,7 +344,7 @@ class Network:
 
     def lines(self) -> list[Line]:
         """Return what is painted along the lanes, and the kerbs; a shared line only once."""
-        found: dict[str, list[np.ndarray]] = {}
+        found: dict[str, list[tuple[float, ...]]] = {}
         lines = []
         for lane in self.driving:
             for side, kind in ((0.5, lane.left_marking), (-0.5, lane.right_marking)):
@@ -349,10 +352,14 @@ class Network:
                     continue
                 line = Line(lane.beside(side * lane.width_m), kind, lane.z_m)
                 s_m = arc_lengths(line.points_m)
-                middle = interpolate(0.5 * s_m[-1:], s_m, line.points_m)[0]
+                length_m = float(s_m[-1])
+                middle, ahead = interpolate(
+                    np.array([0.5, 0.5 + _AHEAD]) * length_m, s_m, line.points_m
+                )
+                row = (*middle, length_m)
                 others = found.setdefault(kind, [])
-                if not others or np.hypot(*(np.array(others) - middle).T).min() > _SAME_LINE_M:
-                    others.append(middle)
+                if not _is_among(others, row, (ahead - middle) / (_AHEAD * length_m)):
+                    others.append(row)
                     lines.append(line)
         return lines
 
@@ -365,6 +372,25 @@ class Network:
                 left = 0.5 * lane.width_m * np.array([-math.sin(direction), math.cos(direction)])
                 end = lane.points_m[-1]
                 yield np.array([end - left, end + left]), kind
+
+
+def _is_among(lines: list[tuple[float, ...]], line: tuple[float, ...], along: np.ndarray) -> bool:
+    """Return whether a line is one of others of its kind.
+
+    Those of both lanes beside it have other lengths in a bend, so that their middles differ.
+
+    Args:
+        lines: x and y of the middle of each other line, and its length [m]
+        line: the same of the line
+        along: its direction at its middle, a unit vector
+    """
+    if not lines:
+        return False
+    apart = np.array(lines) - line
+    along_m, across_m = np.abs(apart[:, :2] @ np.array([along, [-along[1], along[0]]]).T).T
+    longer_m = along_m + np.abs(apart[:, 2])
+    is_near = (along_m < _SAME_LINE_M) | (longer_m < _SAME_LENGTH * line[2])
+    return bool((is_near & (across_m < _SAME_LINE_M)).any())
 
 
 def edge_of(lane: str) -> str:

@@ -9,6 +9,7 @@ python3 -m sdc_map.network_file MAP [--lanes] prints what is in a map, and the l
 from __future__ import annotations
 
 import importlib
+import itertools
 import os
 import re
 import sys
@@ -303,6 +304,17 @@ def _through(connection: Any, leads: dict[str, list[str]]) -> Iterator[str]:
         lane = next(iter(leads[lane]), "")
 
 
+@lru_cache(maxsize=1)
+def _ways_cross(node: Any) -> bool:
+    """Return whether ways cross in a junction; where they only part and meet, its lines count."""
+    links = ((one.getToLane(), node.getLinkIndex(one)) for one in node.getConnections())
+    ways = [(lane, number) for lane, number in links if number >= 0]
+    return node.hasFoes() and any(
+        lane != other and node.areFoes(number, index)
+        for (lane, number), (other, index) in itertools.permutations(ways, 2)
+    )
+
+
 def _lane(
     lane: Any,
     points_m: np.ndarray,
@@ -321,9 +333,10 @@ def _lane(
     roads = [one.rpartition("_") for one in (lane.getParam("origId") or "").split()]
     if own is not None and roads:
         limits = [one for road, _, name in roads for one in own.limits_mps.get((road, name), ())]
-        if not internal:
+        if not internal or not _ways_cross(edge.getFromNode()):
             road, _, number = roads[0]
             markings = own.beside(road, number, *_ends_m(lane, own, road, number))
+        if not internal:
             # netconvert writes four decimals.
             limit_mps = next((one for one in limits if abs(one - limit_mps) < 1e-3), limit_mps)
         else:
