@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.interpolate import BPoly
 from scipy.ndimage import maximum_filter1d
 
 from sdc_common.geometry.route import Route
@@ -18,8 +19,6 @@ _ON_ROUTE_M = 0.01
 _PEAK = 5.7735
 # A line that bends less is straight [1/m].
 _STRAIGHT = 1e-3
-# One that bends so much less than the route is parallel to it [1/m].
-_PARALLEL = 1e-4
 # Place, slope and bend of a line are read so far before and after a place [m].
 _STEP_M = 2.0
 
@@ -40,10 +39,9 @@ def shift(
     Street Scenarios in a Frenet Frame, ICRA 2010).
     """
     now_m, slope, bend = slope_and_bend(s_m, line_m, begin_m)
-    t = np.clip((s_m - begin_m) / length_m, 0.0, 1.0)
-    away_m = (now_m - to_m) * (1.0 + 3.0 * t + 6.0 * t * t)
-    away_m += slope * length_m * t * (1.0 + 3.0 * t) + 0.5 * bend * (length_m * t) ** 2
-    return np.where(s_m < begin_m, line_m, to_m + (1.0 - t) ** 3 * away_m)
+    ends_m = [begin_m, begin_m + length_m]
+    over = BPoly.from_derivatives(ends_m, [[now_m, slope, bend], [to_m, 0.0, 0.0]])
+    return np.where(s_m < begin_m, line_m, over(np.clip(s_m, *ends_m)))
 
 
 class OffsetPath:
@@ -139,8 +137,8 @@ class OffsetPath:
         """
         bend = np.gradient(np.gradient(offset_m, s_m), s_m)
         road_bend = np.interp(s_m, self._route.s, self._route.curvature)
-        # Where it is parallel to the route, the speeds of the route are right.
-        bend = np.where(np.abs(bend) > _PARALLEL, np.abs(bend + road_bend), 0.0)
+        # Where it is as good as parallel to the route, the speeds of the route are right.
+        bend = np.where(np.abs(bend) > _STRAIGHT, np.abs(bend + road_bend), 0.0)
         bend = maximum_filter1d(bend, int(self._shifts.shift_m))
         square = 2.0 * self._shifts.shift_mps2 / np.maximum(bend, _STRAIGHT)
         # It brakes in time.
