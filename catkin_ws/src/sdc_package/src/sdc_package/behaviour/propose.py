@@ -27,6 +27,8 @@ NUDGE = "nudge"
 SLOWER = (0.5, 0.0)
 # A car that is farther beside its route at the start pulls out [m].
 PULLS_OUT_M = 1.0
+# Greatest slope of a route that changes lanes.
+_STEEPEST = 0.2
 
 
 class CarWay(NamedTuple):
@@ -106,7 +108,10 @@ def _stays(scene: StreetScene) -> Iterator[CarWay]:
     if begin_m < s_m:
         return
     route_y = np.interp(s, road.s_m, road.route_y_m)
-    line_y = scene.way.offset_m + route_y
+    # Places across the road may jump behind a junction: no route is so steep.
+    now_y, route_slope, _ = slope_and_bend(s, route_y, s_m)
+    route_slope = min(max(route_slope, -_STEEPEST), _STEEPEST)
+    line_y = scene.way.offset_m + now_y + route_slope * (s - s_m)
     y, slope, _ = slope_and_bend(s, line_y, s_m)
     later, width_m = 1.0 - smooth_step(s, begin_m, length_m), scene.width_m
     # What has begun is taken back or completed.
