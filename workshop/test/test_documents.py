@@ -9,9 +9,9 @@ from sdc_workshop.languages import sections
 from sdc_workshop.workspace import PROJECT
 
 WORKSHOP = PROJECT / "workshop"
-PAGES = sorted(WORKSHOP.glob("*.md"))
 FILES = [path for path in PROJECT.rglob("*") if not GENERATED & set(path.parts)]
 ALL_PAGES = sorted(path for path in FILES if path.suffix == ".md")
+PAGES = [path for path in ALL_PAGES if path.parent == WORKSHOP]
 # Files that a drive, a command or the reader writes.
 WRITTEN = re.compile(
     r"(report|replay|grades|moodle|canvas|copies|results|mine|my_\w+|tight_route|predictions|\w+_LAB|NAME|FILE|STUDY|road)\.\w+"
