@@ -21,8 +21,10 @@ from sdc_workshop.exam.student import Student
 from sdc_workshop.exam.unknown_route import write_unknown_route, write_unseen_road
 
 DRIVE_TIMEOUT_S = 240.0
-# The car was so much faster than the packaged plan, or so far beside the route.
-_TOO_FAST_MPS, _BESIDE_M = 2.0, 0.5
+# The speed went wrong where the car was so much faster than the packaged plan [m/s].
+_TOO_FAST_MPS = 2.0
+# The steering went wrong where the car was so far beside the route [m].
+_BESIDE_M = 0.5
 _ARGUMENTS = "sdc_package all.launch sync:=true headless:=true"
 _REFEREE = re.compile(r"referee: (\w+): (.*)")
 _DIED = re.compile(r"^\[(\w+)-\d+\] process has died \[.*?(exit code -?\d+)", re.MULTILINE)

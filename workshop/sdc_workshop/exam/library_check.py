@@ -70,7 +70,7 @@ class LibraryCheck(RegionCheck):
             for sets in ((usual, varied), (varied, usual)):
                 wrong, broken = self._first_wrong(asked, *sets[0], path, variant)
                 if wrong or broken is not None:
-                    found = [self._explained(*one, asked, sets) for one in wrong]
+                    found = [self._explained(*known, asked, sets) for known in wrong]
                     for problem in found if sets[0] is varied else ():
                         stage.report(f"{variant.name}: {problem.seen}, as if written into it")
                     return found or [broken]

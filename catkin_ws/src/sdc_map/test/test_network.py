@@ -254,9 +254,9 @@ def test_traffic_drives_on_the_lines_of_the_network(tmp_path):
     sumolib = pytest.importorskip("sumolib")
     network = load_network(write(tmp_path, _DIRECT["exit"]))  # netconvert leaves gaps of 38 m
     net = sumolib.net.readNet(network.net_path, withInternal=True)
-    for one in network.driving:
-        shape = np.array(net.getLane(one.id).getShape())
-        assert shape[[0, -1]] == pytest.approx(one.points_m[[0, -1]], abs=0.5)
+    for ours in network.driving:
+        shape = np.array(net.getLane(ours.id).getShape())
+        assert shape[[0, -1]] == pytest.approx(ours.points_m[[0, -1]], abs=0.5)
 
 
 def test_positions_ignore_projection_and_offset(tmp_path):

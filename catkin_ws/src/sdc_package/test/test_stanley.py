@@ -52,7 +52,7 @@ def test_compensated_method_adds_the_wheel_angle_of_the_slip():
     yaw = along - math.asin(1.435 / radius) + 0.006 * acceleration
     x, y = radius * math.sin(along), radius * (1.0 - math.cos(along))
     turned = [i / radius for i in range(40)]
-    arc = [(radius * math.sin(one), radius * (1.0 - math.cos(one)), speed) for one in turned]
+    arc = [(radius * math.sin(angle), radius * (1.0 - math.cos(angle)), speed) for angle in turned]
     method = CompensatedStanleySteering(soft, **GAINS, preview_s=0.0)
     wheel = method.wheel_angle(path_of(arc), x, y, yaw, speed)
     assert wheel == pytest.approx(2.87 / radius + (0.008 - 0.006) * acceleration, abs=0.002)

@@ -237,14 +237,16 @@ def drive_types(options: SimpleNamespace) -> int:
         engine.check(worker_problem, code_version(), [] if is_drawn else [paths[seeds[0]]])
         results = partial(_results, engine, problems)
         began_s = time.monotonic()
-        own = () if is_stack else [(*one, car, OWN) for one in places]
-        rows = [drive_nodes(*one, options) for one in places if is_stack]
+        own = () if is_stack else [(*place, car, OWN) for place in places]
+        rows = [drive_nodes(*place, options) for place in places if is_stack]
         rows = rows or results("drives", drive_row, own)
         if not rows:
             raise ValueError(problems[0])
         driven = sorted(rows, key=lambda row: (row["success"], row["driving_score"]))[:_WORST]
         if options.behaviour:
-            naive_drives = [(*one, {"lacking": table[one[0]]["naive"]}, NAIVE) for one in others]
+            naive_drives = [
+                (*place, {"lacking": table[place[0]]["naive"]}, NAIVE) for place in others
+            ]
             rows += results("naive drives", drive_row, naive_drives)
         took_s, result = time.monotonic() - began_s, summary(rows)
         files = [page.with_name(f"{row['type']}_{row['seed']}.html") for row in driven if is_stack]

@@ -48,6 +48,8 @@ _FIXES = {
     "osm": "export a smaller area, or another one",
     "net": "make it again with netconvert",
 }
+# Name of SUMO's network in a folder of the cache.
+_NET = "map.net.xml"
 
 
 @dataclass
@@ -94,7 +96,7 @@ def map_source(path: str) -> MapSource:
     except ValueError as error:
         raise MapError(f"{path}: {error}") from None
     folder = _converted(path, files, options, _FIXES[tag])
-    net_path = os.path.join(folder, "map.net.xml")
+    net_path = os.path.join(folder, _NET)
     if tag == "osm":
         return MapSource(net_path, findings=findings, is_mirror=is_left)
     crosswalks_path = os.path.join(folder, "map.poly.xml")
@@ -141,32 +143,36 @@ def _moved(path: str, root: ElementTree.Element, findings: Findings) -> tuple[st
     is_left = move_net(root, shift_m)
     if not (findings.places or is_left):
         return path, False
-    return _kept(root), is_left
-
-
-def net_with_lines(path: str, lines_m: dict[str, np.ndarray]) -> str:
-    """Return the path of a copy of a network of SUMO with other lines of lanes, (N, 3) [m]."""
-    root = ElementTree.parse(path).getroot()
-    for lane in root.iter("lane"):
-        name = lane.get("id", "")
-        if name in lines_m:
-            line_m = lines_m[name]
-            points = (f"{x:.2f},{y:.2f},{z:.2f}" for x, y, z in line_m.tolist())
-            lane.set("shape", " ".join(points))
-            if name[0] == ":":  # the lanes of an edge have one length in SUMO
-                lane.set("length", f"{arc_lengths(line_m[:, :2])[-1]:.2f}")
-    return _kept(root)
-
-
-def _kept(root: ElementTree.Element) -> str:
-    """Return the path of a network in the cache."""
     content = _text(root)
 
     def make(made: str) -> None:
-        with open(os.path.join(made, "map.net.xml"), "wb") as file:
-            file.write(content)
+        _write(content, made)
 
-    return os.path.join(cached(content, make), "map.net.xml")
+    return os.path.join(cached(content, make), _NET), is_left
+
+
+def net_with_lines(path: str, lines_m: dict[str, np.ndarray]) -> str:
+    """Return the path of a copy of a network in the cache with other lines of lanes, (N, 3) [m]."""
+
+    def make(made: str) -> None:
+        root = ElementTree.parse(path).getroot()
+        for lane in root.iter("lane"):
+            name = lane.get("id", "")
+            if name in lines_m:
+                line_m = lines_m[name]
+                points = (f"{x:.2f},{y:.2f},{z:.2f}" for x, y, z in line_m.tolist())
+                lane.set("shape", " ".join(points))
+                if name[0] == ":":  # the lanes of an edge have one length in SUMO
+                    lane.set("length", f"{arc_lengths(line_m[:, :2])[-1]:.2f}")
+        _write(_text(root), made)
+
+    lines = (name.encode() + line_m.tobytes() for name, line_m in lines_m.items())
+    return os.path.join(cached(path.encode() + b"".join(lines), make), _NET)
+
+
+def _write(content: bytes, folder: str) -> None:
+    with open(os.path.join(folder, _NET), "wb") as file:
+        file.write(content)
 
 
 def _text(root: ElementTree.Element) -> bytes:
@@ -184,11 +190,10 @@ def _converted(path: str, files: dict[str, bytes], options: tuple[str, ...], fix
         for name, data in files.items():
             with open(os.path.join(os.path.dirname(made), name), "wb") as file:
                 file.write(data)
-        net_path = os.path.join(made, "map.net.xml")
-        run("netconvert", [*options, "--output-file=map.net.xml"], net_path, path, fix)
+        net_path = os.path.join(made, _NET)
+        run("netconvert", [*options, f"--output-file={_NET}"], net_path, path, fix)
         root = ElementTree.parse(net_path).getroot()
         lengthen_yellow(root)
-        with open(net_path, "wb") as file:
-            file.write(_text(root))
+        _write(_text(root), made)
 
     return cached("\n".join((*options, "yellow", "")).encode() + b"".join(files.values()), make)

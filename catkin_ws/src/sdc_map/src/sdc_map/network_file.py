@@ -307,7 +307,7 @@ def _through(connection: Any, leads: dict[str, list[str]]) -> Iterator[str]:
 @lru_cache(maxsize=1)
 def _ways_cross(node: Any) -> bool:
     """Return whether ways cross in a junction; where they only part and meet, its lines count."""
-    links = ((one.getToLane(), node.getLinkIndex(one)) for one in node.getConnections())
+    links = ((link.getToLane(), node.getLinkIndex(link)) for link in node.getConnections())
     ways = [(lane, number) for lane, number in links if number >= 0]
     return node.hasFoes() and any(
         lane != other and node.areFoes(number, index)

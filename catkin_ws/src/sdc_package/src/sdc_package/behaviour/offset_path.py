@@ -23,7 +23,7 @@ _STRAIGHT = 1e-3
 _STEP_M = 2.0
 
 
-def slope_and_bend(s_m: np.ndarray, line_m: np.ndarray, at_m: float) -> tuple[float, float, float]:
+def state_at(s_m: np.ndarray, line_m: np.ndarray, at_m: float) -> tuple[float, float, float]:
     """Return place [m], slope and second derivative [1/m] of a line (N,) at an arc length."""
     before_m, now_m, after_m = np.interp([at_m - _STEP_M, at_m, at_m + _STEP_M], s_m, line_m)
     slope = (after_m - before_m) / (2.0 * _STEP_M)
@@ -38,7 +38,7 @@ def shift(
     It is the quintic polynomial of M. Werling et al. (Optimal Trajectory Generation for Dynamic
     Street Scenarios in a Frenet Frame, ICRA 2010).
     """
-    now_m, slope, bend = slope_and_bend(s_m, line_m, begin_m)
+    now_m, slope, bend = state_at(s_m, line_m, begin_m)
     ends_m = [begin_m, begin_m + length_m]
     over = BPoly.from_derivatives(ends_m, [[now_m, slope, bend], [to_m, 0.0, 0.0]])
     return np.where(s_m < begin_m, line_m, over(np.clip(s_m, *ends_m)))
@@ -95,7 +95,7 @@ class OffsetPath:
             room_m: distance within which it would be over, if the speed allows [m]
         """
         s = self._route.s
-        now_m, slope, _ = slope_and_bend(s, self.offset_m, begin_m)
+        now_m, slope, _ = state_at(s, self.offset_m, begin_m)
         least_m, most_m = (
             self.shift_length_m(to_m - now_m, v, slope) for v in (speed_mps, self._top_mps)
         )

@@ -12,7 +12,7 @@ from typing import Iterator, Mapping, NamedTuple, Sequence
 import numpy as np
 
 from sdc_common.geometry.route import smooth_step
-from sdc_package.behaviour.offset_path import SAME_M, shift, slope_and_bend
+from sdc_package.behaviour.offset_path import SAME_M, shift, state_at
 from sdc_package.behaviour.road import BEHIND_LINE, NOTHING, SAME
 from sdc_package.behaviour.scene import AT_REST_MPS, Stop, StreetScene
 
@@ -109,10 +109,10 @@ def _stays(scene: StreetScene) -> Iterator[CarWay]:
         return
     route_y = np.interp(s, road.s_m, road.route_y_m)
     # Places across the road may jump behind a junction: no route is so steep.
-    now_y, route_slope, _ = slope_and_bend(s, route_y, s_m)
+    now_y, route_slope, _ = state_at(s, route_y, s_m)
     route_slope = min(max(route_slope, -_STEEPEST), _STEEPEST)
     line_y = scene.way.offset_m + now_y + route_slope * (s - s_m)
-    y, slope, _ = slope_and_bend(s, line_y, s_m)
+    y, slope, _ = state_at(s, line_y, s_m)
     later, width_m = 1.0 - smooth_step(s, begin_m, length_m), scene.width_m
     # What has begun is taken back or completed.
     between = (y + SAME_M) / width_m, (y - SAME_M) / width_m
