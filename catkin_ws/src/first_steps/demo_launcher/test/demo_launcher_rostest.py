@@ -16,7 +16,7 @@ from std_msgs.msg import Bool, UInt32
 from um_msgs.msg import CarPosition, SteeringCommand, Waypoint, Waypoints
 
 from sdc_common.processes import wait_until
-from sdc_testing import MessageListener, wait_for_subscriber
+from sdc_testing import MessageListener
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "qt_interface" / "test"))
 from window_control import find_window, qt_display
@@ -58,11 +58,6 @@ class DemoTest(unittest.TestCase):
             cls.demo.communicate(timeout=LIMIT_SECONDS)
         cls.closing.close()
 
-    def publisher(self, topic, message_class):
-        found = rospy.Publisher(topic, message_class, queue_size=10)
-        wait_for_subscriber(found, LIMIT_SECONDS)
-        return found
-
     def position(self):
         return self.car.messages[-1]
 
@@ -102,7 +97,8 @@ class DemoTest(unittest.TestCase):
             ("/world/add_waypoint", Waypoint(y=math.nan)),
             ("/car_position", CarPosition(x=math.inf)),
         ):
-            self.publisher(topic, type(message)).publish(message)
+            # Latched: the nodes may connect later than the listeners of this test.
+            rospy.Publisher(topic, type(message), latch=True, queue_size=10).publish(message)
         before, repeated = self.laps.messages[-1].data, len(self.waypoints.messages)
         self.laps.wait_for(lambda msg: msg.data >= before + 2, LIMIT_SECONDS)
         self.waypoints.wait_for(seconds=LIMIT_SECONDS, after=repeated)
@@ -135,7 +131,7 @@ class DemoTest(unittest.TestCase):
         self.press_until(lambda: self.count() == POINTS, "r", "the reset")
         self.assertTrue(self.is_paused(), "the reset does not end the pause")
 
-        place = self.publisher("/world/place_car", CarPosition)
+        place = rospy.Publisher("/world/place_car", CarPosition, latch=True, queue_size=10)
         near, seen, cars = [0, 1, POINTS - 1], len(self.sensed.messages), len(self.car.messages)
         place.publish(x=120.0, y=0.0, direction=0.0)
         self.sensed.wait_for(lambda msg: [p.idx for p in msg.waypoints] == near, after=seen)
