@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sdc_common.geometry.road_line import arc_lengths, sharpest_turn
-from sdc_map.drivable import LEAST_RADIUS_M
+from sdc_map.drivable import LEAST_RADIUS_M, without_bends
 from sdc_map.lane_graph import LaneGraph, drawn_places
 from sdc_map.mission import plan_mission
 from sdc_map.network import Network, RoadLane
@@ -97,6 +97,31 @@ def test_connections_that_no_car_can_drive_are_left_out(tmp_path):
     assert turns
     for one in turns:
         assert one.through[0] not in network.lanes[one.start].successors
+
+
+def test_connection_behind_a_fold_is_left_out_though_the_fold_begins_before_it():
+    lines = {
+        "north": [(-2, 80), (-2, 38)],
+        ":a_0": [(-2, 38), (-3, 8), (-4, -1), (-5, -6)],
+        "short": [(-5, -6), (-1.5, 0), (-3, -1), (-4, -2.5)],
+        ":b_0": [(-4, -2.5), (-6.5, -1)],
+        "west": [(-6.5, -1), (-50, -1)],
+    }
+    names = ["", *lines, ""]
+    lanes = [
+        RoadLane(
+            name,
+            np.array(lines[name], float),
+            3.5,
+            10.0,
+            predecessors=(before,),
+            successors=(after,),
+            junction=name[1:2] if name.startswith(":") else "",
+        )
+        for before, name, after in zip(names, names[1:], names[2:])
+    ]
+    known = {lane.id: lane for lane in without_bends(lanes)[0]}
+    assert known["short"].successors == ()
 
 
 def way_over(*lines):

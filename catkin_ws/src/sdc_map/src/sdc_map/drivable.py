@@ -66,7 +66,7 @@ def drivable_line(points_m: np.ndarray, joints_m: Sequence[float]) -> DrivableLi
     for cluster, low, high in zip(clusters, [0.0, *borders_m], [*borders_m, float(s[-1])]):
         found = _replacement(points_m, s, cluster, (low, high))
         if found is None:
-            lost.append(float(cluster[0]))
+            lost += cluster.tolist()
             continue
         start, end, points = found
         kept = (s >= begin) & (s < start)
@@ -125,7 +125,7 @@ def without_bends(lanes: Sequence[RoadLane]) -> tuple[list[RoadLane], list[str]]
     known = {lane.id: lane for lane in lanes if lane.kind == DRIVING}
     refused, texts = set(), []
     for lane in (lane for lane in known.values() if not lane.junction):
-        for s_m in drivable_line(lane.points_m, ()).lost_m:
+        for s_m in drivable_line(lane.points_m, ()).lost_m[:1]:
             x, y = lane.at(np.array([s_m]))[0]
             texts.append(f"{lane.id} at ({x:.0f}, {y:.0f})")
         for name in lane.successors:
