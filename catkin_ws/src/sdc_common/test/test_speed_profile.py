@@ -86,6 +86,13 @@ def test_braking_and_acceleration_in_a_bend_are_what_the_friction_ellipse_leaves
         np.testing.assert_allclose(np.hypot(used, longitudinal)[slow], 1.0)
 
 
+def test_yaw_rate_stays_comfortable_in_the_tightest_bends():
+    around = path(60.0, bend_between(20.0, 40.0, 1.0 / 3.0))
+    speeds, reasons = limited(around, SpeedLimits(**LIMITS))
+    assert 0.7 < (speeds * around.curvature).max() < 0.95
+    assert "bend" in reasons
+
+
 @pytest.mark.parametrize("step_m", [0.5, 2.0])
 @pytest.mark.parametrize("rate", [0.001, -0.004])
 def test_lateral_jerk_limits_the_speed_where_the_curvature_changes(rate, step_m):
@@ -94,7 +101,7 @@ def test_lateral_jerk_limits_the_speed_where_the_curvature_changes(rate, step_m)
         **{**LIMITS, "cruise_mps": 30.0, "lateral_mps2": 1e6}, lateral_jerk_mps3=2.0
     )
     speeds, reasons = limited(clothoid, limits)
-    middle = np.abs(clothoid.s - 100.0) < 30.0
+    middle = np.abs(clothoid.s - 100.0) < 20.0
     np.testing.assert_allclose(speeds[middle], (2.0 / abs(rate)) ** (1.0 / 3.0))
     assert in_order(reasons) == ["accelerating", "bend", "end_of_route"]
 

@@ -12,6 +12,8 @@ from sdc_common.validation import check_positive
 # In a bend the curvature varies a little, and with it the speed. Above this share of the speed that
 # a point itself allows, braking and acceleration are no reasons.
 _NEARLY = 0.98
+# Maximum yaw rate [rad/s]: above 0.95, nuPlan calls it uncomfortable, and steering adds a sixth.
+_YAW_RATE_RADPS = 0.8
 
 
 @dataclass(frozen=True)
@@ -42,9 +44,9 @@ def limited_speeds(
 ) -> tuple[np.ndarray, list[str]]:
     """Return the highest speeds that keep every limit and end at rest, and what limits each.
 
-    First limit the speed by the lateral acceleration and the lateral jerk. Then limit it by braking
-    in a backward pass and by acceleration in a forward pass, each with the part of the friction
-    ellipse that the lateral acceleration leaves.
+    First limit the speed by the lateral acceleration, the yaw rate and the lateral jerk. Then limit
+    it by braking in a backward pass and by acceleration in a forward pass, each with the part of
+    the friction ellipse that the lateral acceleration leaves.
 
     Args:
         s_m: (N,) arc lengths of the points of a path [m]
@@ -59,7 +61,8 @@ def limited_speeds(
     Generation of Vehicle Racing Trajectories, J. Dyn. Sys. Meas. Control 138(9), 2016, section 3.
     """
     curvature = np.abs(curvature_1pm)
-    bend = np.sqrt(limits.lateral_mps2 / np.maximum(curvature, 1e-9))
+    some = np.maximum(curvature, 1e-9)
+    bend = np.minimum(np.sqrt(limits.lateral_mps2 / some), _YAW_RATE_RADPS / some)
     change = np.abs(np.gradient(curvature_1pm, s_m))
     turn = np.cbrt(limits.lateral_jerk_mps3 / np.maximum(change, 1e-9))
     lateral = np.minimum(bend, turn)
