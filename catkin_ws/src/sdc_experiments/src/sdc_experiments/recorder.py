@@ -9,6 +9,7 @@ import numpy as np
 
 from sdc_common.driving import Command, points_as_sent, yaw_as_sent
 from sdc_common.planning.stop_line import StopLine
+from sdc_sim.evaluation.drive_evaluation import OBSTACLES
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.physics.traffic_lights import LANE_WIDTH_M, TrafficLightPlan, light_states
@@ -18,13 +19,9 @@ from sdc_sim.simulation.snapshot import Snapshot, detected
 
 
 class DriveRecorder:
-    """Evaluates the ticks of `sdc_sim.simulation.loop.drive`.
+    """Evaluates the ticks of `sdc_sim.simulation.loop.drive`, from the start of the world on.
 
-    Args:
-        rules: what the drive is evaluated by
-        waypoints_m: (N, 2) waypoints of the mission [m]
-        world: the simulation at its start
-        watch: called with the evaluator after each tick
+    `watch` is called with the evaluator after each tick.
     """
 
     def __init__(
@@ -55,6 +52,9 @@ class DriveRecorder:
             seen = [list(vars(detected(one)).values()) for one in snapshot.obstacles]
             rows = [(number, *box, z, speed, kind) for *box, speed, number, kind, z in seen]
             evaluator.add("others", stamp_ns, rows)
+        if snapshot.obstacles and evaluator.drive and evaluator.drive.is_scene_due(OBSTACLES):
+            boxes = [[one.id, *one.rectangle[:5]] for one in snapshot.obstacles]
+            evaluator.add("scene", OBSTACLES, None, boxes)
         kinds = {one.id: one.kind for one in snapshot.obstacles} if snapshot.collisions else {}
         for collision in snapshot.collisions:
             if collision.id in kinds:  # road users come and go during a drive

@@ -16,7 +16,7 @@ from sdc_experiments.championship.league import LEAGUES, TABLE, Draw, draw, prep
 from sdc_experiments.championship.score import points, score, values
 from sdc_experiments.closed_loop import evaluation_rules
 from sdc_experiments.recorder import DriveRecorder
-from sdc_sim.evaluation.drive_evaluation import OBSTACLES, DriveEvaluation
+from sdc_sim.evaluation.drive_evaluation import DriveEvaluation
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.simulation import loop
@@ -24,7 +24,6 @@ from sdc_sim.simulation.simulation import Simulation
 from sdc_sim.simulation.snapshot import Snapshot
 
 _NS_PER_MS = 1_000_000
-_SCENE_TICKS = 10
 
 
 class Lateness:
@@ -46,12 +45,7 @@ class Lateness:
         self.record: list[list[int]] = []
 
     def step(self, tick: int, spent_ns: int) -> tuple[int, int]:
-        """Return when an answer acts, and which observation the driver gets next.
-
-        Args:
-            tick: tick of the observation
-            spent_ns: processor time of the answer [ns]
-        """
+        """Return when the answer to a tick acts, and which observation the driver gets next."""
         self._free_ns = max(self._free_ns, tick * self._tick_ns) + spent_ns
         acts = max(tick, -((self._given_ns - self._free_ns) // self._tick_ns))
         following = max(tick + 1, self._free_ns // self._tick_ns)
@@ -108,8 +102,7 @@ class TrueRecorder(DriveRecorder):
 
     def __init__(self, rules: EvaluationRules, waypoints_m: np.ndarray, world: Simulation):
         super().__init__(rules, waypoints_m, world)
-        self._world, self._ticks = world, 0
-        self.scene: list = []
+        self._world = world
 
     def add(self, snapshot: Snapshot, command: Command | None, car: Any) -> bool:
         """Add a tick of the world and the car's answer; return whether the drive is over."""
@@ -119,17 +112,7 @@ class TrueRecorder(DriveRecorder):
             command = replace(self._world.commands.executed)
         if command is not None:
             command.stamp_ns = now.stamp_ns
-        if self._ticks % _SCENE_TICKS == 0 and now.obstacles:
-            bodies = [[body.id, *body.rectangle[:5]] for body in now.obstacles]
-            self.scene.append((now.time_s, bodies))
-        self._ticks += 1
         return super().add(now, command, car) or bool(car.problem)
-
-    def result(self) -> DriveEvaluation:
-        """Return the evaluation with its scene."""
-        result = self.evaluator.result()
-        result.scene[OBSTACLES] = self.scene
-        return result
 
 
 def drive(
@@ -137,10 +120,7 @@ def drive(
 ) -> tuple[dict[str, Any], DriveEvaluation]:
     """Drive, and return the row of the results and the evaluation of the true motion.
 
-    Args:
-        server: starts the driver
-        one: the conditions
-        late: the record of an earlier drive, which is repeated
+    `late` is the record of an earlier drive, which is repeated.
     """
     setup, world, mission = prepared(one)
     rules = evaluation_rules(mission.planner, {"map": setup.parameters["map_path"]})
@@ -148,14 +128,15 @@ def drive(
     try:
         process = server.start(mission)
     except DriverError as error:
-        return row_of(one, recorder, f"it did not start: {error}", [], [], []), recorder.result()
+        row = row_of(one, recorder, f"it did not start: {error}", [], [], [])
+        return row, recorder.evaluator.result()
     car = TimedDriver(process, round(1e9 * world.tick_s), late)
     try:
         loop.drive(world, car, recorder, one.longest_s)
     finally:
         refused = process.close()
     row = row_of(one, recorder, car.problem, refused, car.lateness.record, car.spent_ms)
-    return row, recorder.result()
+    return row, recorder.evaluator.result()
 
 
 def row_of(

@@ -71,7 +71,7 @@ def drive_race(
         refused = {car: process.close() for car, process in processes.items()}
     rows = []
     for place, (car, name) in enumerate(zip(world.cars, grid)):
-        driver, progress = drivers[car], recorders[car].result().progress
+        driver, progress = drivers[car], recorders[car].evaluator.result().progress
         ends = driver.problem, refused.get(car, []), driver.lateness.record, driver.spent_ms
         row = {"driver": name, "car": car, "start_place": len(grid) - place, "track": tracks[car]}
         row.update(row_of(one, recorders[car], *ends))
