@@ -3,7 +3,7 @@
 The pictures need the true state of every tick, which no topic shows to the vehicle's software.
 The node receives the settings when it connects, and then one observation for each request. The
 name of the socket is a parameter, which any user of the machine can set. So both ends refuse a
-process of another user, and decode fixed records alone: no message can run code.
+process of another user, and decode JSON alone: no message can run code.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 import rospy
 
-from sdc_sim.physics.obstacles import KINDS, ObstacleState
+from sdc_sim.physics.obstacles import ObstacleState
 from sdc_sim.physics.traffic_lights import TrafficLightState
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.simulation.snapshot import Snapshot
@@ -36,11 +36,6 @@ _TIMEOUT_S = 10.0
 _START_TIMEOUT_S = 120.0
 _POLL_S = 0.1
 _REFUSED_S = 1.0  # wall time after which a socket of another user is tried again
-# Stamp [ns], x [m], y [m] and yaw [rad] of the vehicle; number of obstacles and of traffic lights.
-_HEAD = struct.Struct("<q3d2I")
-# ID, index of the kind in KINDS, and the numbers of ObstacleState.
-_OBSTACLE = struct.Struct("<qI9d")
-_LIGHT = struct.Struct("<q3dqd")
 _CREDENTIALS = struct.Struct("iII")  # process, user and group of the other end
 MAX_MESSAGE = 1 << 20  # bytes
 # Begins an address in Linux's abstract namespace, which leaves no file.
@@ -63,12 +58,9 @@ class PictureSettings(NamedTuple):
 
 def packed(observation: Snapshot) -> bytes:
     """Return the record of what a picture shows of an observation."""
-    state, kinds = observation.state, list(KINDS)
-    obstacles, lights = observation.obstacles, observation.traffic_lights
-    counts = len(obstacles), len(lights)
-    record = _HEAD.pack(observation.stamp_ns, state.x_m, state.y_m, state.yaw_rad, *counts)
-    rows = (_OBSTACLE.pack(one.id, kinds.index(one.kind), *one[2:]) for one in obstacles)
-    return b"".join((record, *rows, *(_LIGHT.pack(*light) for light in lights)))
+    state, around = observation.state, (observation.obstacles, observation.traffic_lights)
+    pose = state.x_m, state.y_m, state.yaw_rad
+    return json.dumps((observation.stamp_ns, pose, *around)).encode()
 
 
 def unpacked(record: bytes) -> Snapshot:
@@ -78,29 +70,18 @@ def unpacked(record: bytes) -> Snapshot:
         ValueError: it is no such record
     """
     try:
-        stamp_ns, *pose, obstacles, lights = _HEAD.unpack_from(record)
-        end = _HEAD.size + obstacles * _OBSTACLE.size
-        if len(record) != end + lights * _LIGHT.size:
-            raise ValueError(f"{len(record)} bytes for {obstacles} obstacles, {lights} lights")
-        kinds, state = list(KINDS), VehicleState(*pose)
-        bodies = [
-            ObstacleState(number, kinds[kind], *numbers)
-            for number, kind, *numbers in _OBSTACLE.iter_unpack(record[_HEAD.size : end])
-        ]
-        shown = tuple(map(TrafficLightState._make, _LIGHT.iter_unpack(record[end:])))
-    except (struct.error, IndexError) as error:
+        stamp_ns, pose, obstacles, lights = json.loads(record)
+        state, bodies = VehicleState(*pose), tuple(ObstacleState(*row) for row in obstacles)
+        shown = tuple(TrafficLightState(*row) for row in lights)
+    except TypeError as error:
         raise ValueError(str(error)) from None
-    return Snapshot(stamp_ns, state, state, tuple(bodies), shown)
+    return Snapshot(stamp_ns, state, state, bodies, shown)
 
 
 class PictureFeed:
     """The end of the simulator: sends an observation for each request of the node.
 
     Roslaunch starts a node again that was killed; it connects and gets the settings again.
-
-    Args:
-        name: name of the socket
-        settings: what the node receives when it connects
     """
 
     def __init__(self, name: str, settings: PictureSettings):
@@ -118,12 +99,7 @@ class PictureFeed:
         return self._requested.is_set()
 
     def show(self, observation: Snapshot, again: bool = False) -> None:
-        """Send an observation to be painted and published.
-
-        Args:
-            observation: the observation
-            again: whether it has been sent before; it is then dropped if the camera is busy
-        """
+        """Send an observation to be painted; a busy camera gets none that is sent `again`."""
         if self._settings.every_frame and not again:
             self._put(observation)
         elif self.is_ready:
