@@ -21,10 +21,6 @@ class Access:
     """Decides about requests.
 
     There is no cookie: a page of another site that makes this browser send a request has no token.
-
-    Args:
-        token: what a request must contain; kept in `token`
-        loopback: whether the server is bound to the loopback interface
     """
 
     def __init__(self, token: str, loopback: bool):

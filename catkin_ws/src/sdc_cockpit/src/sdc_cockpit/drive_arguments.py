@@ -26,12 +26,7 @@ def form_fields() -> dict[str, dict[str, Any]]:
 def drive_arguments(
     scenario: str, values: Mapping[str, Any], scenarios: Collection[str]
 ) -> list[str]:
-    """Return the arguments of ./drive.
-
-    Args:
-        scenario: a name of `scenarios`, or empty for the packaged route
-        values: the chosen values by name; names that are absent keep their default
-        scenarios: the packaged scenarios
+    """Return the arguments of ./drive for a scenario, or for the packaged route without a name.
 
     Raises:
         ValueError: a name is unknown or a value is not allowed

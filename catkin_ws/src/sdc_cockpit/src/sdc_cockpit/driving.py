@@ -75,10 +75,7 @@ class RemoteDriving:
     def control(self, viewer: int, controls: Mapping[str, Any], now_s: float) -> None:
         """Store the controls of a viewer, if it drives.
 
-        Args:
-            viewer: its number
-            controls: values of a message "keys" or "pedals", see config/page.yaml
-            now_s: the time
+        They are the values of a message "keys" or "pedals", see config/page.yaml.
         """
         with self._lock:
             if self.mode == PERSON and self.viewer == viewer:
@@ -91,12 +88,7 @@ class RemoteDriving:
                 self._keyboard.toggle_reverse()
 
     def step(self, now_s: float, speed_mps: float) -> Command | None:
-        """Return the command for now, or None while the stack drives.
-
-        Args:
-            now_s: the time
-            speed_mps: speed of the car
-        """
+        """Return the command for now, or None while the stack drives."""
         with self._lock:
             if self.mode == PERSON and now_s - self._controls_at_s > self._timeout_s:
                 self.mode, self._braking_since_s = BRAKING, now_s

@@ -47,11 +47,7 @@ class LogLines:
 
 
 def node_rows(master: rosgraph.Master, rates: dict[str, float]) -> list[dict[str, Any]]:
-    """Return each node with those of its published topics whose rate is known.
-
-    Args:
-        master: the ROS master
-        rates: messages per second by topic
+    """Return each node with those of its published topics whose rate [1/s] is known.
 
     Raises:
         OSError: the master does not respond

@@ -19,9 +19,6 @@ _FASTER = 1.5
 class RateLimit:
     """Admits events at a largest mean rate.
 
-    Args:
-        per_second: the rate [1/s]
-
     Raises:
         ValueError: the rate is not positive
     """

@@ -40,13 +40,7 @@ def page_schemas() -> dict[str, dict[str, dict]]:
 
 
 def check_fields(name: str, values: Any, fields: Mapping[str, dict], needed: Iterable[str]) -> None:
-    """Check an object of a page.
-
-    Args:
-        name: what the error calls it
-        values: its values
-        fields: the JSON schema of each field that it may have
-        needed: names of the fields that it must have
+    """Check an object of a page by the JSON schemas of its fields; `name` is for the error.
 
     Raises:
         ValueError: a field is unknown, missing or wrong
@@ -79,14 +73,9 @@ def read_message(text: str | bytes) -> Message:
 
 
 def picture_message(kind: int, number: int, stamp_s: float, wall_s: float, file: bytes) -> bytes:
-    """Return a picture for the page.
+    """Return a picture for the page, which returns its number when it has drawn it.
 
-    Args:
-        kind: CAMERA, LANE_MASK or LANE_OVERLAY
-        number: number of the picture, which the page returns when it has drawn it
-        stamp_s: its stamp [s]
-        wall_s: wall time at which the odometry of this stamp arrived [s]; NaN if unknown
-        file: content of the JPEG or PNG file
+    `wall_s` is the time at which the odometry of its stamp arrived, NaN if unknown.
     """
     return _PICTURE_HEADER.pack(kind, number & MAX_PICTURE_NUMBER, stamp_s, wall_s) + file
 

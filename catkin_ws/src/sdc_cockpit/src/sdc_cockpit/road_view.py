@@ -18,11 +18,7 @@ _LOST_M = 4.0
 
 
 class RoadView:
-    """The road of one route.
-
-    Args:
-        route_m: (N, 2) points of the route [m]
-        map_path: the map of streets to show, "" for the road along the route
+    """The road of one route, or the streets of a map.
 
     Raises:
         ValueError: the points are no route

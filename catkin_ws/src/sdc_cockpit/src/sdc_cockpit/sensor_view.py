@@ -45,11 +45,7 @@ class SensorView:
         self._scans.clear()
 
     def state(self, pose: Sequence[float] | None) -> dict[str, Any]:
-        """Return the values for the page.
-
-        Args:
-            pose: x [m], y [m] and yaw [rad] of the car, which places the points
-        """
+        """Return the values for the page; the pose of the car places the points."""
         points: list[list[float]] = []
         for feed in self.feeds[1:]:
             message, shown = self._scans.get(feed.topic, (None, []))

@@ -48,11 +48,7 @@ class Feed:
 
 
 class TopicFeeds:
-    """Subscribes to topics, and unsubscribes, in a thread of its own: both wait for the master.
-
-    Args:
-        feeds: the topics
-    """
+    """Subscribes to topics, and unsubscribes, in a thread of its own: both wait for the master."""
 
     def __init__(self, feeds: list[Feed]):
         self.feeds = {feed.topic: feed for feed in feeds}

@@ -9,11 +9,7 @@ Segments = Tuple[Tuple[float, float, float], ...]
 
 
 def linear_segments(points: Sequence[float], values: Sequence[float]) -> Segments:
-    """Return the segments of a curve through the points, constant beyond both ends.
-
-    Args:
-        points: x of the supporting points, rising
-        values: y of the supporting points
+    """Return the segments of a curve of values at rising points, constant beyond both ends.
 
     Returns:
         (start x, value there, slope) of each segment, the last segment first

@@ -12,11 +12,7 @@ class DocumentError(ValueError):
 
 
 def check_positive(**values: object) -> None:
-    """Raise ValueError for the first value that is no positive, finite number.
-
-    Args:
-        values: the value of each parameter, by the parameter's name
-    """
+    """Raise ValueError, with the name, for the first value that is no positive, finite number."""
     _check("a positive number", lambda value: value > 0.0, values)
 
 
@@ -49,12 +45,6 @@ def is_number(value: object) -> bool:
 
 
 def suggestion(word: str, known: Iterable[str], otherwise: str) -> str:
-    """Return the question whether the nearest known word was meant, `otherwise` if none is near.
-
-    Args:
-        word: the unknown word
-        known: all known words
-        otherwise: the fix if no known word is near
-    """
+    """Return the question whether the nearest known word was meant, `otherwise` if none is near."""
     close = difflib.get_close_matches(word, list(known), n=1)
     return f"did you mean '{close[0]}'?" if close else otherwise

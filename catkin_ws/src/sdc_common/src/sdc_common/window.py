@@ -30,11 +30,7 @@ class ImageWindow:
     """
 
     def __init__(self, title: str, frames_per_second: float = 30.0):
-        """Open a window.
-
-        Args:
-            title: text in the title bar
-            frames_per_second: maximum rate of `show`
+        """Open a window, whose method `show` takes at least the period of a frame.
 
         Raises:
             NoDisplay: there is no display
@@ -59,14 +55,11 @@ class ImageWindow:
     def show(
         self, picture: np.ndarray | None, overlay: Callable[[pygame.Surface], None] | None = None
     ) -> list[str]:
-        """Show a picture until the next one is due.
+        """Show a picture until the next one is due; return the names of the pressed keys.
 
         Args:
             picture: (H, W, 3) BGR uint8, or None for a black screen
             overlay: draws on the screen, over the picture
-
-        Returns:
-            the names of the keys that were pressed
         """
         keys = [] if self.closed else self._pressed_keys()
         if self.closed:

@@ -21,23 +21,13 @@ _NORTH_AT_REFERENCE_M = _SCALE_M * math.asinh(math.tan(math.radians(REFERENCE_LA
 
 
 def geodetic_from_map(x_m: float, y_m: float) -> tuple[float, float]:
-    """Return latitude and longitude of a point in the map [deg].
-
-    Args:
-        x_m: metres east of the origin
-        y_m: metres north of the origin
-    """
+    """Return latitude and longitude of a point of the map, x east and y north [deg]."""
     latitude = math.atan(math.sinh((y_m + _NORTH_AT_REFERENCE_M) / _SCALE_M))
     return math.degrees(latitude), REFERENCE_LONGITUDE_DEG + math.degrees(x_m / _SCALE_M)
 
 
 def map_from_geodetic(latitude_deg: float, longitude_deg: float) -> tuple[float, float]:
-    """Return x [m] and y [m] in the map of a point on the earth.
-
-    Args:
-        latitude_deg: latitude, positive north
-        longitude_deg: longitude, positive east
-    """
+    """Return x [m] and y [m] in the map of a point on the earth, positive north and east."""
     north_m = _SCALE_M * math.asinh(math.tan(math.radians(latitude_deg)))
     east_m = _SCALE_M * math.radians(longitude_deg - REFERENCE_LONGITUDE_DEG)
     return east_m, north_m - _NORTH_AT_REFERENCE_M

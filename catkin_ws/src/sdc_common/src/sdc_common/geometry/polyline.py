@@ -68,14 +68,7 @@ class Polyline:
         self.numbers = self.numbers.with_headings(headings)
 
     def nearest(self, x_m: float, y_m: float, first: int = 0, last: int | None = None) -> Place:
-        """Return the place on the line nearest to a point.
-
-        Args:
-            x_m: x of the point [m]
-            y_m: y of the point [m]
-            first: index of the first segment to search
-            last: index after the last segment to search, None for all
-        """
+        """Return the place nearest to a point on the segments from `first` to before `last`."""
         if last is None:
             last = len(self.lengths)
         segment, along, cross_track = self.numbers.function(nearest_segment)(
@@ -89,16 +82,9 @@ class Polyline:
     def project(
         self, x_m: float, y_m: float, near_s_m: float, back_m: float, ahead_m: float
     ) -> Place:
-        """Return the place nearest to a point on a stretch of the line.
+        """Return the place nearest to a point, so far back and ahead of an arc length [m].
 
         The cost does not depend on the length of the whole line.
-
-        Args:
-            x_m: x of the point [m]
-            y_m: y of the point [m]
-            near_s_m: arc length around which to search [m]
-            back_m: length of the stretch before `near_s_m` [m]
-            ahead_m: length of the stretch after `near_s_m` [m]
         """
         count = len(self.lengths)
         first = min(max(bisect_right(self.s, near_s_m - back_m) - 1, 0), count - 1)

@@ -43,10 +43,7 @@ _FLOAT32_ERROR = 6e-8
 
 
 def road_route(waypoints_m: np.ndarray) -> Route:
-    """Return the route along the line of a road.
-
-    Args:
-        waypoints_m: (N, 2) waypoints [m]
+    """Return the route along the line of the road of (N, 2) waypoints [m].
 
     Raises:
         ValueError: `checked_points` refuses the waypoints
@@ -61,13 +58,9 @@ def _route(waypoints: bytes) -> Route:
 
 
 def road_line(waypoints_m: np.ndarray) -> np.ndarray:
-    """Return the line of a road as points about 1 m apart.
+    """Return the line of the road of (N, 2) waypoints as (M, 2) points about 1 m apart [m].
 
-    Args:
-        waypoints_m: (N, 2) waypoints; one that repeats the one before it is ignored [m]
-
-    Returns:
-        (M, 2) points [m], which are the waypoints where these are fine and exact
+    Waypoints that are fine and exact are its points; one that repeats the last one is ignored.
     """
     points = waypoints_m[np.append(True, np.any(np.diff(waypoints_m, axis=0), axis=1))]
     if len(points) < 2:
@@ -83,13 +76,10 @@ def road_line(waypoints_m: np.ndarray) -> np.ndarray:
 
 
 def sharpest_turn(points_m: np.ndarray) -> tuple[float, int]:
-    """Return the greatest angle between the chords 2 m before and 2 m after a point, and its row.
-
-    Args:
-        points_m: (N, 2) points [m]
+    """Return the greatest angle between the chords 2 m before and 2 m after a point [rad].
 
     Returns:
-        angle [rad] and row; 0 and 0 for a line of two points
+        the angle and the row of the point among (N, 2) points; 0 and 0 for a line of two
     """
     s = arc_lengths(points_m)
     turns = turns_rad(points_m, s, s, _TURN_CHORD_M)
@@ -120,10 +110,6 @@ def noise_of(waypoints_m: np.ndarray, s_m: np.ndarray) -> float:
     lowest estimate counts.
     On a straight along x or y, rounded waypoints have no deviation: they are recognized by their
     decimals.
-
-    Args:
-        waypoints_m: (N, 2) waypoints [m]
-        s_m: (N,) arc lengths of them [m]
     """
     if len(waypoints_m) < 7:
         return 0.0

@@ -49,13 +49,9 @@ def smoothed_heading_and_curvature(
 
     Smoothing keeps the noise of a recorded route from becoming bends.
 
-    Args:
-        points_m: (N, 2) points [m]
-        s_m: (N,) arc length at the points [m]
-
     Returns:
-        (N,) continuous headings at the points, not wrapped [rad], and (N,) curvatures, positive to
-        the left [1/m]
+        (N,) continuous headings at the (N, 2) points, not wrapped [rad], and (N,) curvatures,
+        positive to the left [1/m]
 
     Reference: F. Mokhtarian and A. Mackworth, IEEE Trans. PAMI 8(1), 1986, section III.
     """
@@ -145,12 +141,7 @@ class Route:
         """Return the place nearest to a point on the whole route, found with a KD-tree.
 
         Where several passes of the route are about equally near, prefer one in the direction of
-        `yaw_rad`, then the earliest.
-
-        Args:
-            x_m: x of the point [m]
-            y_m: y of the point [m]
-            yaw_rad: heading of the vehicle, if known [rad]
+        `yaw_rad`, the heading of the vehicle if known, then the earliest.
         """
         if self._tree is None:
             self._tree = cKDTree(self.points)

@@ -103,14 +103,7 @@ def measure(points: Any, segments: Any, lengths: Any, headings: Any, extend: boo
 def nearest_segment(
     segments: Any, x_m: float, y_m: float, first: int, last: int
 ) -> tuple[int, float, float]:
-    """Return the segment nearest to a point.
-
-    Args:
-        segments: see LineNumbers
-        x_m: x of the point [m]
-        y_m: y of the point [m]
-        first: index of the first segment to search
-        last: index after the last segment to search
+    """Return the segment nearest to a point, of those from `first` to before `last`.
 
     Returns:
         index of the segment, position of the nearest place along it [m], and distance of the point

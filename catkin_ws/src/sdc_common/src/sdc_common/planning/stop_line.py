@@ -22,13 +22,7 @@ class StopLine(NamedTuple):
     z_m: float = math.nan  # height, NaN if it is not known [m]
 
     def along(self, route: Route, from_s_m: float, ahead_m: float) -> float | None:
-        """Return the arc length at which a route crosses the line, or None if it does not.
-
-        Args:
-            route: the route
-            from_s_m: arc length from which to search [m]
-            ahead_m: length of the stretch to search [m]
-        """
+        """Return the arc length at which a route crosses the line within a stretch, or None."""
         x_m, y_m = route.line.point_at(from_s_m)
         # Most lines of a map are too far away for a search.
         if math.hypot(self.x_m - x_m, self.y_m - y_m) > ahead_m + self.half_width_m + _SLACK_M:

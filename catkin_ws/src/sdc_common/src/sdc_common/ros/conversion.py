@@ -24,12 +24,7 @@ REAR_WHEELS = ("rear_left_wheel", "rear_right_wheel")
 def rear_axle_speed(
     names: Sequence[str], rates_radps: Sequence[float], wheel_radius_m: float
 ) -> float:
-    """Return the speed of the rear axle, the mean of its wheels [m/s].
-
-    Args:
-        names: names of the wheels
-        rates_radps: angular velocity of each wheel
-        wheel_radius_m: radius of the wheels
+    """Return the speed of the rear axle, the mean of its wheels, from those of all wheels [m/s].
 
     Raises:
         ValueError: a rear wheel is missing, or its speed is not finite

@@ -48,11 +48,7 @@ def pose_and_speed(odometry: Odometry) -> tuple[float, float, float, float]:
 
 
 def true_odometry_topic(ego: str) -> str:
-    """Return the topic with the true odometry of the vehicle.
-
-    Args:
-        ego: prefix of the topics of the vehicle, such as /carla/ego_vehicle
-    """
+    """Return the topic with the true odometry of a vehicle, such as /carla/ego_vehicle."""
     return ego + "/odometry" if rospy.get_param("/sim/truth", True) else GROUND_TRUTH
 
 

@@ -33,10 +33,7 @@ def load_waypoints(path: str) -> np.ndarray:
 
     x and y are in metres, y to the right as in CARLA: the columns that a header names so, or else
     the first two. The file can have further columns, blank lines, comments after `#`, and any kind
-    of line end. Between columns are commas, semicolons, tabs or blanks.
-
-    Args:
-        path: the file; `~` is the home folder
+    of line end. Between columns are commas, semicolons, tabs or blanks. `~` is the home folder.
 
     Returns:
         (N, 2) points, N >= 2, y to the left (REP 103) [m]
@@ -51,12 +48,7 @@ def load_waypoints(path: str) -> np.ndarray:
 
 
 def parse_waypoints(text: str, path: str) -> np.ndarray:
-    """Return the points of the text of a waypoint file, see `load_waypoints`.
-
-    Args:
-        text: content of the file
-        path: name of the file in error messages
-    """
+    """Return the points of the text of a file that errors name, see `load_waypoints`."""
     if text.lstrip()[:1] in ("<", "{", "["):
         kind = "a road network (OpenDRIVE)" if "<OpenDRIVE" in text[:1000] else "XML or JSON"
         raise WaypointError(
