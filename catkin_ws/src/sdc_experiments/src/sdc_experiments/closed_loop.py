@@ -176,10 +176,7 @@ def car_with(
 ) -> Car:
     """Return a car with the controller of config/simple_controller.yaml.
 
-    Args:
-        planner: plans the path ahead
-        steering: steering method, None for that of the file
-        options: parameters that replace those of the file
+    `steering` and `options` replace the steering method and parameters of the file.
 
     Raises:
         ValueError: the steering method cannot be built, or a parameter is not valid
@@ -215,11 +212,9 @@ def controller_with(
 def evaluation_rules(
     planner_limits: Mapping[str, Any], options: Mapping[str, Any] = _NO_OPTIONS
 ) -> EvaluationRules:
-    """Return the rules of config/referee.yaml.
+    """Return the rules of config/referee.yaml, with options that replace some of them.
 
-    Args:
-        planner_limits: parameters of the planner, which give the ideal duration
-        options: parameters that replace those of the file
+    The parameters of the planner give the ideal duration.
 
     Raises:
         ValueError: an option is not valid

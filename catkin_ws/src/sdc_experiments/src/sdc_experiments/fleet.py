@@ -30,14 +30,8 @@ def integrate_fleet(
 ) -> None:
     """Advance some of many equal vehicles in place, in the forward gear.
 
-    Args:
-        constants: the vehicle, see packed
-        states: (13, N) state of each vehicle
-        goals: (3, N) demanded throttle, brake and steer
-        duration_s: how long to drive [s]
-        internal_step_s: longest integration step [s]
-        first: column of the first vehicle
-        last: column after the last vehicle
+    These are the columns from `first` to before `last` of the states (13, N) and of the goals
+    (3, N): demanded throttle, brake and steer. See packed for the constants.
     """
     c = constants[0]
     for i in range(first, last):
@@ -54,12 +48,6 @@ class VehicleFleet:
     """N equal vehicles on a flat road without wind, in the forward gear.
 
     Each moves as a Vehicle does, bit for bit. Numba makes a fleet about 60 times as fast.
-
-    Args:
-        parameters: the vehicle
-        count: number of vehicles, N
-        friction: factor of the tyres' grip
-        threads: number of threads that share the vehicles
 
     Attributes:
         state: (N,) array of each field of VehicleState, by name
@@ -97,9 +85,7 @@ class VehicleFleet:
     def share(self, function: Callable[..., Any], *arguments: Any) -> None:
         """Call a function for all vehicles, on the threads of the fleet.
 
-        Args:
-            function: called with `arguments`, the first vehicle and the one after the last
-            arguments: its first arguments
+        After its arguments come the first vehicle and the one after the last.
         """
         for _ in self._map(lambda block: function(*arguments, *block), self._blocks):
             pass

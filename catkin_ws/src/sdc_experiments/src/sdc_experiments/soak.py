@@ -37,10 +37,7 @@ _SIM_OPTIONS = "{start_patience_s: 600.0, patience_s: 60.0}"
 
 
 def laps(hours: float) -> np.ndarray:
-    """Return a route of laps on an oval.
-
-    Args:
-        hours: simulated time that the default car needs for it [h]
+    """Return a route of laps on an oval that takes the default car so many simulated hours.
 
     Returns:
         (N, 2) points x, y in CARLA coordinates, 1 m apart [m]

@@ -59,9 +59,7 @@ def running(
 def launched(given: Sequence[str], setup: str | None = None) -> Iterator[Program]:
     """Run all.launch without windows, under a ROS master of its own, during a block.
 
-    Args:
-        given: arguments of all.launch
-        setup: setup.bash of the workspace to launch from, None for this workspace
+    It is that of this workspace, or of the one with this setup.bash.
     """
     with tempfile.TemporaryDirectory() as name, isolated_ros_environment(name) as environment:
         command = ["roslaunch", "sdc_package", "all.launch", "headless:=true"]

@@ -81,15 +81,8 @@ def graded(
 ) -> Iterator[dict[str, Any]]:
     """Drive what seeds draw, and yield the result of each driver as soon as it is complete.
 
-    A driver with a task that failed is reported, and has no result.
-
-    Args:
-        engine: runs the drives
-        entries: file of each driver by its name
-        league: the league
-        seeds: the seeds
-        sandboxed: see DriverServer
-        late: records of late steps to repeat, by seed
+    A driver with a task that failed is reported, and has no result. `entries` are the files of the
+    drivers by their names, and `late` the records of late steps to repeat by the seeds.
     """
     tasks: Iterator[tuple[str, tuple]] = (
         (f"{seeds[at]} {name}", (source, league, part, sandboxed, dict(late or {})))

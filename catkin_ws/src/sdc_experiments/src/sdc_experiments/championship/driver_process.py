@@ -215,11 +215,7 @@ class DriverProcess:
             self._link.send(message)
 
     def _answer(self, longest_s: float) -> bytes:
-        """Return the next message.
-
-        Args:
-            longest_s: limit of the processor time [s]
-        """
+        """Return the next message, within a limit of the processor time [s]."""
         until_s = time.monotonic() + _MAX_WALL_S
         while not select.select([self._link], [], [], _POLL_S)[0]:
             if 1e-9 * (self._clock_ns() - self._used_ns) > longest_s:

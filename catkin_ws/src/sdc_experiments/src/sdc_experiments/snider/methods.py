@@ -60,12 +60,9 @@ def own_name(method: str) -> str:
 
 
 def all_methods(car: VehicleParameters, axles: Axles, config: Mapping[str, Any]) -> list[Method]:
-    """Return the five methods of the paper, then those of this project.
+    """Return the five methods of the paper, then those of config/simple_controller.yaml.
 
-    Args:
-        car: the car
-        axles: the axles as the controllers know them
-        config: parameters of config/simple_controller.yaml
+    The axles are those that the controllers know.
     """
     front, rear = car.front_axle_m, -car.rear_axle_m
     gyration_m = math.sqrt(car.yaw_inertia_kgm2 / car.mass_kg)

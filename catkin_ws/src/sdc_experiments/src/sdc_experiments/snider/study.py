@@ -122,11 +122,6 @@ def all_drives(
 ) -> Peaks:
     """Drive every method with every car on every course at every speed.
 
-    Args:
-        cars: cars by name
-        courses: the courses
-        speeds_mps: the speeds [m/s]
-
     Returns:
         peak errors of each (name of the car, name of the course, name of the method, speed)
     """

@@ -110,11 +110,7 @@ class DaskEngine(contextlib.ExitStack):
         return dict(self._client.scheduler_info()["workers"])
 
     def check(self, function: Callable[..., str], *arguments: object) -> None:
-        """Call a function on each present worker.
-
-        Args:
-            function: returns "" or the reason why the worker cannot run the tasks
-            arguments: its arguments
+        """Call a function on each worker; it returns "" or why the worker cannot run the tasks.
 
         Raises:
             ClusterError: a worker, or the scheduler, cannot run the tasks

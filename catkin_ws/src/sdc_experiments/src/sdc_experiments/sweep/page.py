@@ -19,13 +19,9 @@ _LOG_LINES = 15
 
 
 def write_page(folder: Path, study: Study, rows: Sequence[Mapping], missing: int) -> Path:
-    """Write study.html, and each heat map as heat_map_METRIC.png, into a folder.
+    """Write study.html, and each heat map as heat_map_METRIC.png, into the folder of the results.
 
-    Args:
-        folder: the folder of the results
-        study: the study
-        rows: rows of the results in the order of the cells
-        missing: number of cells that were not driven
+    The rows are in the order of the cells, and some may be missing.
     """
     found = combinations(rows, study.factors, study.metrics)
     pictures = []

@@ -10,15 +10,7 @@ _LOG_PERIOD_S = 10.0
 
 
 class SweepProgress:
-    """Prints how many of the things to do are done, from the start on.
-
-    Args:
-        stream: where to print
-        total: number of all things
-        done: number of those that are done already
-        name: of the command
-        things: what they are, such as pages
-    """
+    """Prints how many of a number of things, such as pages, a command has done, from the start."""
 
     def __init__(
         self, stream: TextIO, total: int, done: int, name: str = "sweep", things: str = "drives"

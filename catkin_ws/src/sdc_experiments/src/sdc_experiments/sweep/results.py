@@ -112,12 +112,7 @@ class Results:
         return [row for row in self.rows.values() if row["status"] == FAILED]
 
     def add(self, row: dict, log: str = "") -> None:
-        """Store the row of a cell.
-
-        Args:
-            row: key, scenario, seed, settings, status, metrics, ...
-            log: output of a drive that failed
-        """
+        """Store the row of a cell, and the log of a drive that failed."""
         if log:
             path = self.folder / _LOGS / f"{row['key']}.log"
             path.write_text(log, encoding="utf-8", errors="replace")
