@@ -56,16 +56,7 @@ class CameraModel:
         return np.array([[f, 0.0, self.width / 2.0], [0.0, f, self.height / 2.0], [0.0, 0.0, 1.0]])
 
     def position_in_map(self, x_m: float, y_m: float, yaw_rad: float) -> np.ndarray:
-        """Return the position (3,) of the camera in the map.
-
-        Args:
-            x_m: position of the vehicle [m]
-            y_m: position of the vehicle [m]
-            yaw_rad: heading of the vehicle [rad]
-
-        Returns:
-            x, y, z of the camera [m]
-        """
+        """Return the position (3,) of the camera in the map for a pose of the vehicle [m]."""
         return np.array(
             [
                 x_m + self.mount_x_m * np.cos(yaw_rad),
@@ -84,13 +75,7 @@ class CameraModel:
     def project(
         self, points_m: np.ndarray, x_m: float, y_m: float, yaw_rad: float
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the pixels of points of the map.
-
-        Args:
-            points_m: points (N, 3) in the map [m]
-            x_m: position of the vehicle [m]
-            y_m: position of the vehicle [m]
-            yaw_rad: heading of the vehicle [rad]
+        """Return the pixels of points (N, 3) of the map for a pose of the vehicle.
 
         Returns:
             pixels (N, 2) as (u, v), NaN for points behind the camera, and the mask (N,) of the

@@ -151,9 +151,7 @@ class Ground:
     def _map_samples(self, origin_m: np.ndarray, heading: np.ndarray) -> None:
         """Compute where in its window each sample lies.
 
-        Args:
-            origin_m: position of the camera from the corner of each band's window (B, 2) [m]
-            heading: unit vector (2,) of the view
+        `origin_m` (B, 2) is the camera from the corner of each band's window.
         """
         origin = origin_m.T[:, self._band_of_row]
         ahead, right = heading[:, None], np.array([[heading[1]], [-heading[0]]])
@@ -194,10 +192,7 @@ class Ground:
     def _fill_windows(self, corner: np.ndarray, eye: np.ndarray, heading: np.ndarray) -> None:
         """Copy into each band's window the tiles that its rows can touch.
 
-        Args:
-            corner: column and row of the lowest tile of each window (B, 2)
-            eye: position (2,) of the camera [m]
-            heading: unit vector (2,) of the view
+        `corner` has the column and the row of the lowest tile of each window (B, 2).
         """
         self._filled[(corner != self._corner).any(axis=1)] = False
         self._corner = corner

@@ -57,12 +57,7 @@ class GroundShadows:
         )
 
     def shade(self, level: int, origin_m: np.ndarray, size_m: float) -> np.ndarray | None:
-        """Return the brightness of the ground of a tile.
-
-        Args:
-            level: resolution of the tile
-            origin_m: lower corner (2,) of the tile [m]
-            size_m: width of the tile [m]
+        """Return the brightness of the ground of a tile; see RoadRasterizer.weights.
 
         Returns:
             brightness (TILE_PX, TILE_PX) uint8, or None if no shadow falls on the tile

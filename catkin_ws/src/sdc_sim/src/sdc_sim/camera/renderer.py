@@ -62,7 +62,7 @@ class Renderer:
             x_m: position in the map [m]
             y_m: position in the map [m]
             yaw_rad: heading in the map [rad]
-            boxes: the boxes to draw, in any order
+            boxes: what to draw, in any order
             light: brightness, from 0 (black) to 1 (day)
             out: array (height, width, 4) uint8 to render to; None for a new one
             time_s: time of the picture, in which the rain falls [s]

@@ -129,7 +129,7 @@ class SceneObjects:
 
 
 def _paint_order(corners: np.ndarray, eye: np.ndarray, heading: np.ndarray) -> list[int]:
-    """Return the order in which to paint bodies.
+    """Return the numbers of bodies in the order in which to paint them.
 
     A body cannot hide another one if a side of the other has the eye in front of it and the whole
     body behind it: then the body behind is painted first.
@@ -138,9 +138,6 @@ def _paint_order(corners: np.ndarray, eye: np.ndarray, heading: np.ndarray) -> l
         corners: footprints (N, 4, 2), counter-clockwise, sorted from far to near [m]
         eye: position (2,) of the camera [m]
         heading: unit vector (2,) of the view
-
-    Returns:
-        the numbers of the bodies
 
     Reference: Newell, Newell and Sancha, "A Solution to the Hidden Surface Problem", ACM 1972,
     plane tests.

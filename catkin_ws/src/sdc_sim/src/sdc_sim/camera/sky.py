@@ -84,12 +84,7 @@ class Sky:
         return np.arctan2(x, ahead), np.arctan2(up, np.hypot(x, ahead))
 
     def draw(self, picture: np.ndarray, yaw_rad: float) -> None:
-        """Paint all rows above the horizon.
-
-        Args:
-            picture: BGRA picture (height, width, 4)
-            yaw_rad: heading of the vehicle [rad]
-        """
+        """Paint all rows above the horizon of a BGRA picture (height, width, 4)."""
         if self._rows == 0:
             return
         # Columns increase to the right; the wrap keeps the left quarter of the view above column 0.

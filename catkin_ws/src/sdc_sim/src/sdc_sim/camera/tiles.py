@@ -38,13 +38,7 @@ class GroundTiles:
         self.tile = lru_cache(CACHED_TILES)(self._rasterize)
 
     def _rasterize(self, level: int, column: int, row: int) -> np.ndarray:
-        """Return a tile (TILE_PX, TILE_PX, 4) BGRA.
-
-        Args:
-            level: resolution; a texel is FINEST_TEXEL_M * 2**level wide
-            column: number of the tile along x
-            row: number of the tile along y
-        """
+        """Return the tile (TILE_PX, TILE_PX, 4) BGRA of a column along x and a row along y."""
         size_m = FINEST_TEXEL_M * 2**level * TILE_PX
         origin_m = np.array([column, row]) * size_m
         part = np.s_[

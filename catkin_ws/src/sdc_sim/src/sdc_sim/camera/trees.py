@@ -30,14 +30,7 @@ class TreePainter:
         self._sprites = [_pyramid(_tree_sprite(seed + 17 * k)) for k in range(_SPRITES)]
 
     def draw(self, picture: np.ndarray, item: int, ahead_m: float, aside_m: float) -> None:
-        """Paint one tree.
-
-        Args:
-            picture: BGRA picture (height, width, 4)
-            item: number of the tree in the scenery
-            ahead_m: distance from the camera along the vehicle's heading [m]
-            aside_m: distance to the left of it [m]
-        """
+        """Paint a tree, an item of the scenery, so far ahead of the camera and to its left."""
         camera = self._camera
         height_m = float(self._scenery.size_m[item, 2])
         variant = int(self._scenery.variant[item])

@@ -50,13 +50,7 @@ class DriveEvaluation:
     """
 
     def __init__(self, rules: EvaluationRules, route: Route, keep_trace: bool):
-        """Start an evaluation.
-
-        Args:
-            rules: what the drive is evaluated by
-            route: the route of the mission
-            keep_trace: keep all samples, commands and reasons, which a report needs
-        """
+        """Start an evaluation; `keep_trace` keeps all that a report needs."""
         self.route = route
         self._network = load_network(rules.map) if rules.map else None
         # The fastest drive, with the greatest speed at each point of the route.

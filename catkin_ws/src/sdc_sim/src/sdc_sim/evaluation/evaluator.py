@@ -50,10 +50,7 @@ class Evaluator:
         return [*missing, self.odometry_topic]
 
     def set_route(self, points_m: np.ndarray | Sequence) -> None:
-        """Set the route; a later one continues the drive if the rules allow it.
-
-        Args:
-            points_m: (N, 2) waypoints of the mission [m]
+        """Set the route (N, 2) [m]; a later one continues the drive if the rules allow it.
 
         Raises:
             ValueError: the points are not a route

@@ -17,11 +17,7 @@ class EventFile:
     """
 
     def __init__(self, path: str, on_failure: Callable[[OSError], None] = lambda error: None):
-        """Start an empty file.
-
-        Args:
-            path: the file
-            on_failure: called once, when an event cannot be written
+        """Start an empty file; `on_failure` is called once, when an event cannot be written.
 
         Raises:
             OSError: the file cannot be written

@@ -43,11 +43,7 @@ class RedLightDetector:
         return bool(self._crossed) or not self._changes or self._changes[-1][1] != states
 
     def update_lights(self, stamp_ns: int, states: dict) -> int:
-        """Set the states of all lights.
-
-        Args:
-            stamp_ns: when the lights changed; 0: now
-            states: state by light id, as CarlaTrafficLightStatus numbers them
+        """Set the states of all lights by their ids, at a stamp; 0: now.
 
         Returns:
             number of newly detected crossings on red
@@ -58,13 +54,7 @@ class RedLightDetector:
         return self._count_red()
 
     def update_car(self, stamp_ns: int, route: Route, s_m: float, z_m: float = math.nan) -> int:
-        """Move the car's centre to a place on the route.
-
-        Args:
-            stamp_ns: stamp of the odometry
-            route: the route
-            s_m: arc length of the car's centre [m]
-            z_m: its height, NaN if it is not known [m]
+        """Move the car's centre to a place on the route, at the stamp of an odometry.
 
         Returns:
             number of newly detected crossings on red

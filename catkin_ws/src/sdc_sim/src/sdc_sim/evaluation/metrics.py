@@ -77,11 +77,7 @@ def off_lane_percent(
 ) -> float:
     """Return the share of the driven distance with the car's centre off the lane [%].
 
-    Args:
-        time_s: (n,) time of each sample [s]
-        speed_mps: (n,) speed [m/s]
-        cross_track_m: (n,) distance of the car's centre from the route [m]
-        lane_width_m: width of the lane around the route [m]
+    There is a sample for each time (n,); the middle of the lane is the route.
     """
     if len(time_s) < 2:
         return 0.0
@@ -94,10 +90,7 @@ def off_lane_percent(
 def driving_score(completion_percent: float, off_lane: float, infractions: dict) -> float:
     """Return the driving score of CARLA leaderboard 2.1, 0 to 100.
 
-    Args:
-        completion_percent: completed share of the route [%]
-        off_lane: share of the distance off the lane [%]
-        infractions: counts by the keys of COEFFICIENTS
+    Infractions are counts by the keys of COEFFICIENTS, and `off_lane` a share of the distance [%].
     """
     penalty = sum(COEFFICIENTS[name] * count for name, count in infractions.items())
     return completion_percent * (1.0 - off_lane / 100.0) / (1.0 + penalty)
@@ -106,13 +99,7 @@ def driving_score(completion_percent: float, off_lane: float, infractions: dict)
 def comfort_breaks(
     time_s: np.ndarray, speed_mps: np.ndarray, yaw_rad: np.ndarray
 ) -> list[str] | None:
-    """Return the comfort limits of nuPlan that a drive breaks; None if it is too short.
-
-    Args:
-        time_s: (n,) time of each sample [s]
-        speed_mps: (n,) speed [m/s]
-        yaw_rad: (n,) heading [rad]
-    """
+    """Return the comfort limits of nuPlan that the samples (n,) break; None if they are few."""
 
     def slope(values: np.ndarray, window: int) -> np.ndarray:
         return smoothed_slope(values, window) / _SAMPLE_S
@@ -136,13 +123,7 @@ def comfort_breaks(
 
 
 def peak_accelerations(time_s: np.ndarray, speed_mps: np.ndarray, yaw_rad: np.ndarray) -> dict:
-    """Return the extreme accelerations and the greatest jerk; None for a drive that is too short.
-
-    Args:
-        time_s: (n,) time of each sample [s]
-        speed_mps: (n,) speed [m/s]
-        yaw_rad: (n,) heading [rad]
-    """
+    """Return the extreme accelerations and the greatest jerk of samples (n,); None if too few."""
     names = (
         "lateral_acceleration_max_mps2",
         "longitudinal_acceleration_max_mps2",
@@ -161,11 +142,6 @@ def accelerations(time_s: np.ndarray, speed_mps: np.ndarray, yaw_rad: np.ndarray
     """Return the accelerations of each part of a drive between two gaps.
 
     The lateral acceleration is speed times yaw rate, which follows from the odometry alone.
-
-    Args:
-        time_s: (n,) time of each sample [s]
-        speed_mps: (n,) speed [m/s]
-        yaw_rad: (n,) heading [rad]
 
     Returns:
         for each part: time [s], longitudinal and lateral acceleration [m/s^2] and magnitude of

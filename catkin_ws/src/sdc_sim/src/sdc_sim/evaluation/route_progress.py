@@ -60,14 +60,7 @@ class RouteProgress:
     def __init__(
         self, route: Route, rules: EvaluationRules, timeout_s: float, keep_samples: bool = True
     ):
-        """Start a drive.
-
-        Args:
-            route: the route
-            rules: what ends the drive
-            timeout_s: simulated time that ends the drive [s]
-            keep_samples: False keeps only the last sample, for a drive of many hours
-        """
+        """Start a drive; without `keep_samples` only the last one stays, for many hours."""
         self.follow(route, timeout_s)
         self.rules = rules
         self.keep_samples = keep_samples
@@ -102,15 +95,7 @@ class RouteProgress:
     def update(
         self, time_s: float, x_m: float, y_m: float, yaw_rad: float, speed_mps: float
     ) -> DriveSample:
-        """Add one odometry, and set `status` if it ends the drive.
-
-        Args:
-            time_s: simulated time, after that of the last odometry [s]
-            x_m: position in the map [m]
-            y_m: position in the map [m]
-            yaw_rad: heading, counter-clockwise from the x axis [rad]
-            speed_mps: speed [m/s]
-        """
+        """Add one odometry, later than the last one, and set `status` if it ends the drive."""
         place = self._locate(time_s, x_m, y_m, yaw_rad, speed_mps)
         heading_error = wrap_angle(yaw_rad - place.heading_rad)
         cross_track_m = place.cross_track_m
@@ -136,12 +121,7 @@ class RouteProgress:
         return sample
 
     def add_infraction(self, name: str, sample: DriveSample | None = None) -> None:
-        """Count an infraction.
-
-        Args:
-            name: a key of COEFFICIENTS
-            sample: where it happened; None: at the last sample
-        """
+        """Count an infraction, a key of COEFFICIENTS, at a sample or at the last one."""
         self.infractions[name] += 1
         self._add_event(name, sample)
 
@@ -150,10 +130,7 @@ class RouteProgress:
 
         Collisions and odometry arrive on different connections: samples later than the collision
         are removed, and if its odometry has not arrived yet, the drive ends when it does.
-
-        Args:
-            kind: pedestrian, vehicle or static
-            time_s: time of the collision [s]; None: now
+        `kind` is pedestrian, vehicle or static. Without a time, it is now.
         """
         if self.status is not None or self._collided_at_s is not None:
             return
@@ -176,11 +153,7 @@ class RouteProgress:
         return self.rows[:, DriveSample._fields.index(name)]
 
     def metrics(self, ideal_duration_s: float) -> dict:
-        """Return the metrics of the report; None for those that a short drive does not define.
-
-        Args:
-            ideal_duration_s: least duration of a drive along the route [s]
-        """
+        """Return the metrics of the report; None for those that a short drive does not define."""
         return {
             "status": self.status or (ABORTED if self._collided_at_s is None else COLLISION),
             "route_length_m": self.route.length_m,

@@ -39,10 +39,7 @@ class EvaluationRules(NamedTuple):
 
     @classmethod
     def read(cls, parameter: Callable[[str], Any]) -> EvaluationRules:
-        """Return the rules, with assumed limits of the local planner.
-
-        Args:
-            parameter: returns the parameter of config/referee.yaml with a given name
+        """Return the rules by the parameters of config/referee.yaml, with assumed limits.
 
         Raises:
             ValueError: a limit is not positive, or `finish_at_rest` or `new_missions` is no boolean

@@ -59,12 +59,7 @@ class RoadUser(NamedTuple):
 
 
 class StreetRules:
-    """Watches a car on a network of streets.
-
-    Args:
-        network: the streets
-        car_front_m: distance from the centre of the car to its front
-    """
+    """Watches a car, whose front is so far from its centre, on a network of streets."""
 
     def __init__(self, network: Network, car_front_m: float):
         self._network, self._front_m = network, car_front_m

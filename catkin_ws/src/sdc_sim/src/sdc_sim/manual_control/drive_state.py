@@ -90,12 +90,7 @@ class DriveState:
         self.notify(hud.crossed_line_text(event.crossed_lane_markings))
 
     def readings(self, is_manual: bool, client_fps: float) -> dict[str, Any]:
-        """Return the readings of the head-up display by name, without those that are unknown.
-
-        Args:
-            is_manual: whether the person drives
-            client_fps: frame rate of the window [1/s]
-        """
+        """Return the readings of the head-up display by name, without those that are unknown."""
         received_s = list(self._received_s)
         over_s = self._clock() - received_s[0] if received_s else 0.0
         return {

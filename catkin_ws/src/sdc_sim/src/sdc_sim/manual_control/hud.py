@@ -25,11 +25,7 @@ _WIDTH, _MARGIN, _ROW, _GAP, _BAR_LEFT, _BAR_HEIGHT = 196, 12, 20, 6, 84, 8
 
 
 def compass(yaw_rad: float) -> str:
-    """Return degrees clockwise from north and the nearest compass point, such as "90° E".
-
-    Args:
-        yaw_rad: angle counter-clockwise from east [rad]
-    """
+    """Return a heading from north and the nearest compass point, such as "90° E"."""
     degrees = (90.0 - math.degrees(yaw_rad)) % 360.0
     point = _COMPASS_POINTS[int((degrees + 22.5) // 45.0) % 8]
     return f"{round(degrees) % 360}\N{DEGREE SIGN} {point}"

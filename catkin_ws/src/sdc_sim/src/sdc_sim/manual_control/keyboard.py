@@ -59,12 +59,7 @@ class KeyboardControl:
         self.command = replace(self.command, reverse=not self.command.reverse)
 
     def step(self, held: Collection[str], step_s: float) -> Command:
-        """Return the command after keys were held for a time step.
-
-        Args:
-            held: names of the held keys
-            step_s: time step [s]
-        """
+        """Return the command after these keys were held for a time step."""
         actions = {ACTIONS.get(key) for key in held}
         last = self.command
         direction = ("right" in actions) - ("left" in actions)

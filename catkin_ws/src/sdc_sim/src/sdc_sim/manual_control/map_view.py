@@ -52,15 +52,7 @@ class MapView:
         self._markings = world_markings(route_m, map_path)
 
     def to_pixels(self, points_m: np.ndarray, pose: Sequence[float]) -> np.ndarray:
-        """Return the pixels of points in the map frame, in a picture around the car.
-
-        Args:
-            points_m: points, shape (..., 2) [m]
-            pose: x [m], y [m] and heading [rad] of the car in the map
-
-        Returns:
-            pixels to the right and down, shape (..., 2)
-        """
+        """Return the pixels (..., 2), right and down, of points in a picture around a pose."""
         c, s = math.cos(pose[2]), math.sin(pose[2])
         offset = (np.asarray(points_m, dtype=float) - pose[:2]) / self._m_per_pixel
         width, height = self._size

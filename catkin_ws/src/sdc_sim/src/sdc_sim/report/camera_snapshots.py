@@ -48,13 +48,7 @@ class CameraSnapshots:
         self._received = threading.Event()
 
     def update(self, percent: float, now_s: float, wall_s: float) -> None:
-        """Subscribe if a picture is due, else unsubscribe.
-
-        Args:
-            percent: completed share of the route [%]
-            now_s: simulated time of the last odometry [s]
-            wall_s: wall clock [s]
-        """
+        """Subscribe if a picture is due on the route or by both times [s], else unsubscribe."""
         self._percent, self._now_s = percent, now_s
         if self._subscribers and self._received.is_set():
             self.close()

@@ -18,10 +18,6 @@ def opendrive(name: str, route_m: np.ndarray) -> str:
 
     The route is the reference line and the middle of the right lane; the coordinates are those of
     the map frame.
-
-    Args:
-        name: name of the road
-        route_m: (N, 2) points of the route
     """
     steps = np.diff(np.asarray(route_m, float), axis=0)
     lengths = np.hypot(steps[:, 0], steps[:, 1])

@@ -57,10 +57,7 @@ class Road:
     left_edge_m = 1.5 * LANE_WIDTH_M
 
     def __init__(self, route_m: np.ndarray):
-        """Build the road.
-
-        Args:
-            route_m: (N, 2) waypoints, N >= 2, in the map frame [m]
+        """Build the road of (N, 2) waypoints [m].
 
         Raises:
             ValueError: `checked_points` refuses the waypoints
@@ -118,14 +115,7 @@ class Road:
         return repeats
 
     def at(self, s_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return points on the line and unit vectors to the left.
-
-        Args:
-            s_m: (N,) arc lengths, clamped to the line [m]
-
-        Returns:
-            (N, 2) points [m] and (N, 2) vectors
-        """
+        """Return points (N, 2) on the line at arc lengths [m], and unit vectors to the left."""
         points = interpolate(s_m, self.s_m, self.points_m)
         left = interpolate(s_m, self.s_m, self.left)
         return points, left / np.maximum(np.linalg.norm(left, axis=1), 1e-9)[:, None]
@@ -140,19 +130,14 @@ class Road:
     def on_road(self, points_m: np.ndarray, margin_m: float = 0.0) -> np.ndarray:
         """Return the mask (N,) of the points (N, 2) between the solid lines of any pass.
 
-        Args:
-            points_m: (N, 2) points [m]
-            margin_m: by how much to widen the road on each side, less than 4 [m]
+        The margin on each side is less than 4 m.
         """
         return self.between(points_m, self.right_edge_m - margin_m, self.left_edge_m + margin_m)
 
     def between(self, points_m: np.ndarray, lower_m: float, upper_m: float) -> np.ndarray:
         """Return the mask (N,) of the points (N, 2) whose lateral offset from any pass is between.
 
-        Args:
-            points_m: (N, 2) points [m]
-            lower_m: least offset, positive to the left of the route, at most 10 m away [m]
-            upper_m: largest offset [m]
+        Offsets are positive to the left of the route, and at most 10 m.
         """
         points_m = np.asarray(points_m, float).reshape(-1, 2)
         inside = np.zeros(len(points_m), bool)

@@ -69,15 +69,10 @@ def stations(road: Road, tolerance_m: float, longest_m: float = 8.0) -> np.ndarr
 
 
 def lane_points(road: Road, offset_m: float, s_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return points on a line parallel to the route, and which of them are visible.
+    """Return points on a line so far to the left of the route, and which of them are visible.
 
     A point is hidden where the line folds over itself inside a tight turn, or where another
     pass of the road covers it.
-
-    Args:
-        road: the road
-        offset_m: lateral offset of the line, positive to the left [m]
-        s_m: (N,) arc lengths of the points [m]
 
     Returns:
         points (N, 2) [m] and the mask (N,) of the visible ones
@@ -98,10 +93,6 @@ def _visible_segments(points: np.ndarray, visible: np.ndarray) -> np.ndarray:
 
 def speed_colours(speeds_mps: Sequence[float] | np.ndarray, full_speed_mps: float) -> np.ndarray:
     """Return the colours of speeds: red at a stop, yellow at half speed, green at full speed.
-
-    Args:
-        speeds_mps: (N,) speeds [m/s]
-        full_speed_mps: the speed that is shown green, positive [m/s]
 
     Returns:
         (N, 3) red, green and blue in 0..1

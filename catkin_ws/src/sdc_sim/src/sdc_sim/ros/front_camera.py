@@ -122,10 +122,6 @@ class FrontCamera:
 
     One thread renders the pictures of the front camera, and one sends them: a subscriber that still
     works on a picture delays the next one by less.
-
-    Args:
-        connection: sends an observation for each request until the simulator ends
-        settings: what the pictures have in common
     """
 
     def __init__(self, connection: Connection, settings: PictureSettings):

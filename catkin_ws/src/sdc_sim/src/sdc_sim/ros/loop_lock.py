@@ -37,10 +37,6 @@ class LoopLock(threading.Condition):
     def wait_until(self, timeout_s: float, done: Callable[[], bool] = lambda: False) -> bool:
         """Wait until `done()`, which is tested after each callback, or until the timeout.
 
-        Args:
-            timeout_s: wall time, at least 1 ms
-            done: condition to return earlier
-
         Returns:
             whether `done()`
         """

@@ -46,13 +46,7 @@ class _Picture(Image):
 
 
 def image_message(picture: np.ndarray, stamp: rospy.Time, frame: str = "") -> Image:
-    """Return a picture as an Image, which shares its pixels.
-
-    Args:
-        picture: (H, W, 4) array of BGRA uint8
-        stamp: time of the picture
-        frame: optical frame of the camera
-    """
+    """Return a picture (H, W, 4) of BGRA uint8 as an Image, which shares its pixels."""
     (height, width), header = picture.shape[:2], Header(0, stamp, frame)
     pixels = memoryview(picture).cast("B")
     return _Picture(header, height, width, "bgra8", 0, 4 * width, pixels)

@@ -232,11 +232,7 @@ class SimulationTopics:
             self._publish_readings()
 
     def publish_picture(self, again: bool = False) -> None:
-        """Have the camera take and publish the picture of the last observation.
-
-        Args:
-            again: whether this repeats the picture, which is not latched
-        """
+        """Have the camera take and publish the picture of the last observation, maybe again."""
         if self._pictures:
             # The camera needs no readings, which are large with a lidar.
             shown = self._simulation.snapshot._replace(readings=SensorReadings())

@@ -21,11 +21,7 @@ _DEFINITION_ERRORS = (InvalidMsgSpec, KeyError, MsgGenerationException, MsgNotFo
 
 
 def waypoint_rows(path: Any, *fields: str) -> list[tuple[float, ...]]:
-    """Return the named fields of each waypoint of a path.
-
-    Args:
-        path: a received rospy.AnyMsg, or a message
-        fields: two names or more
+    """Return two or more named fields of each waypoint of a path, a rospy.AnyMsg or a message.
 
     Raises:
         ValueError: the definition of the publisher has no such fields, or the bytes do not fit it

@@ -135,12 +135,6 @@ def start_pose(
 ) -> tuple[float, float, float]:
     """Return the pose (x [m], y [m], yaw [rad]) at a place relative to the route.
 
-    Args:
-        route: the route
-        along_m: distance along the route [m]
-        left_m: distance to the left of the route [m]
-        turned_rad: angle from the direction of the route, positive left [rad]
-
     Raises:
         ValueError: the place is not on the route
     """

@@ -48,10 +48,7 @@ class DriveSetup:
     missions: GlobalPlanner | None = field(default=None, repr=False)  # None without a map
 
     def simulation(self, compiled: bool = False) -> Simulation:
-        """Return the simulation at its start, as the sim node builds it.
-
-        Args:
-            compiled: compute the vehicle in machine code, see CompiledVehicle
+        """Return the simulation at its start, as the sim node builds it; see CompiledVehicle.
 
         Raises:
             ValueError: a parameter is not valid; the message names it

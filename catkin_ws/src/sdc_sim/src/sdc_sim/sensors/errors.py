@@ -57,12 +57,7 @@ class SensorErrors:
         return np.random.RandomState(np.random.Philox(counter=tick << 64, key=key))
 
     def apply(self, true: Sequence[float], tick: int) -> list[float]:
-        """Return the measured values for the true ones, and let the bias walk.
-
-        Args:
-            true: one value for each quantity
-            tick: number of the tick since the start
-        """
+        """Return the measured values for the true ones in a tick, and let the bias walk."""
         measured = np.asarray(true) * self.factors
         if not self._varies:
             return (measured + self.bias).tolist()

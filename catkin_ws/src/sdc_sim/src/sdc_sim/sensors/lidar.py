@@ -174,10 +174,7 @@ Bodies = Union[Frusta, Cylinders, Balls]
 def angles(bodies: Bodies, dx: np.ndarray, dy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the directions in the map between which each body is, seen from a lidar (N,) [rad].
 
-    Args:
-        bodies: the bodies
-        dx: from the lidar to their origins (N,) [m]
-        dy: from the lidar to their origins (N,) [m]
+    Their origins are at dx, dy (N,) from the lidar [m].
     """
     share = bodies.radius_m / np.sqrt(dx * dx + dy * dy)
     half = np.arcsin(np.minimum(share, 1.0))
@@ -302,14 +299,7 @@ class LidarModel(SensorModel):
         self._reach_m = settings.range_m + 0.5 * largest_m + ROOF_BEYOND_EAVES_M
 
     def cast(self, x_m: float, y_m: float, yaw_rad: float, bodies: Sequence[Bodies]) -> np.ndarray:
-        """Return the ranges (rings, columns) from a pose in the map, infinite beyond the range [m].
-
-        Args:
-            x_m: position of the lidar
-            y_m: position of the lidar
-            yaw_rad: its direction
-            bodies: the bodies
-        """
+        """Return the ranges (rings, columns) from a pose, infinite beyond that of the lidar [m]."""
         nearest = self._ground.copy()
         yaw_rad += self._first_rad
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -128,10 +128,5 @@ def error_sizes(settings: SensorSettings, prefix: str = "", unit: str = "") -> E
 
 
 def sensor_settings(name: str, values: Mapping[str, Any]) -> SensorSettings:
-    """Return the settings of a sensor.
-
-    Args:
-        name: one of SENSORS
-        values: its settings by name; one that is missing has its default
-    """
+    """Return the settings of one of SENSORS; one that is not among the values has its default."""
     return SensorSettings(**{**packaged_config("sim")[name], **values})

@@ -69,12 +69,9 @@ class SensorSuite:
             model.reset()
 
     def sense(self, moment: Moment, tick: int, number: int) -> SensorReadings:
-        """Return the readings of a tick.
+        """Return the readings of a tick, which decides which sensors are due.
 
-        Args:
-            moment: what there is to measure
-            tick: number of the tick, which decides which sensors are due
-            number: number of the tick since the start
+        `number` is that of the tick since the start.
         """
         self._moments.append(moment)
         last = len(self._moments) - 1
