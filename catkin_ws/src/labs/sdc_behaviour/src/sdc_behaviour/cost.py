@@ -19,21 +19,13 @@ HARDEST_MPS2, STRONGEST_MPS2 = -4.05, 2.40
 
 @dataclass(frozen=True)
 class LaneOutcome:
-    """What happens in the next seconds if the car follows a proposal.
+    """What happens in the next seconds if the car follows a proposal."""
 
-    Attributes:
-        collides: whether it touches another road user
-        breaks_rule: whether it takes the right of way, or passes a line that it must not
-        progress: way of the car as a share of what the limit allows, from 0 to 1
-        least_ttc_s: least time to collision with the one ahead and the one behind [s]
-        accelerations_mps2: (T,) acceleration at each time [m/s^2]
-    """
-
-    collides: bool
-    breaks_rule: bool
-    progress: float
-    least_ttc_s: float
-    accelerations_mps2: np.ndarray
+    collides: bool  # whether it touches another road user
+    breaks_rule: bool  # whether it takes the right of way, or passes a line that it must not
+    progress: float  # way of the car as a share of what the limit allows, from 0 to 1
+    least_ttc_s: float  # least time to collision with the one ahead and the one behind [s]
+    accelerations_mps2: np.ndarray  # (T,) acceleration at each time [m/s^2]
 
 
 def cost(outcome: LaneOutcome) -> float:

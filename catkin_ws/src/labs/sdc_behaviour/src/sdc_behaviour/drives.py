@@ -41,22 +41,17 @@ START_M, FINISH_M, LONGEST_S = 10.0, 620.0, 150.0
 
 @dataclass
 class Driven:
-    """A drive, and what the referee of the lab counts.
+    """A drive, and what the referee of the lab counts."""
 
-    Attributes:
-        collisions: collisions of the car
-        taken: road users with right of way that were in the space that both need together with the
-            car, or within 1 s after it
-        pushed_mps2: greatest deceleration of one behind the car because of the car [m/s^2]
-        mean_mps: mean speed from start to finish; 0 if it did not arrive [m/s]
-        rows: (T, 5) time [s], place [m], speed [m/s], gap to the one ahead [m], distance from the
-            middle of the right lane [m]
-    """
-
-    collisions: int = 0
+    collisions: int = 0  # collisions of the car
+    # Road users with right of way that were in the space that both need together with the car, or
+    # within 1 s after it
     taken: int = 0
+    # Greatest deceleration of one behind the car because of the car [m/s^2]
     pushed_mps2: float = 0.0
-    mean_mps: float = 0.0
+    mean_mps: float = 0.0  # mean speed from start to finish; 0 if it did not arrive [m/s]
+    # (T, 5) time [s], place [m], speed [m/s], gap to the one ahead [m], distance from the middle of
+    # the right lane [m]
     rows: np.ndarray = field(default_factory=lambda: np.empty((0, 5)), repr=False)
 
 

@@ -8,19 +8,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class OnLane:
-    """A road user on a lane.
+    """A road user on a lane."""
 
-    Attributes:
-        s_m: place of its centre along the road [m]
-        speed_mps: speed [m/s]
-        length_m: length [m]
-        lane: number of its lane, from the right
-    """
-
-    s_m: float
-    speed_mps: float
-    length_m: float = 4.7
-    lane: int = 0
+    s_m: float  # place of its centre along the road [m]
+    speed_mps: float  # speed [m/s]
+    length_m: float = 4.7  # length [m]
+    lane: int = 0  # number of its lane, from the right
 
 
 def time_gap_s(rear: OnLane, front: OnLane) -> float:

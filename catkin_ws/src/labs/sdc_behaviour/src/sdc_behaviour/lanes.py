@@ -38,13 +38,7 @@ def place_ahead(network: Network, lane_id: str, s_m: float, distance_m: float) -
 
 
 def predicted(network: Network, user: DetectedObstacle, times_s: np.ndarray) -> np.ndarray:
-    """Return the places (T, 2) of a road user at some times from now, with its speed of now [m].
-
-    Args:
-        network: the lanes
-        user: where it is now
-        times_s: (T,) times [s]
-    """
+    """Return the places (T, 2) of a road user at some times from now, with its speed of now [m]."""
     way_m = user.speed_mps * times_s
     place = network.nearest(user.x_m, user.y_m, user.yaw_rad, _LANE_M)
     if place is None or abs(place.heading_error_rad) > _ACROSS_RAD:

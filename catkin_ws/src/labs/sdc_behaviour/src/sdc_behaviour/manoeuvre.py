@@ -20,24 +20,15 @@ CHANGE_S = 2.0
 
 @dataclass(frozen=True)
 class LaneScene:
-    """What the car decides about.
+    """What the car decides about."""
 
-    Attributes:
-        own: the car; its lane is the one that it drives on, or changes to
-        others: the road users on the lanes of its road
-        lanes: number of lanes
-        limit_mps: speed limit [m/s]
-        stop_m: place that the front of the car must not pass, inf without one [m]
-        rss: the worst case for which it keeps a safe distance
-        politeness: share of the safe distance that it leaves to one behind it when it changes lanes
-    """
-
-    own: OnLane
-    others: tuple[OnLane, ...] = ()
-    lanes: int = 2
-    limit_mps: float = 14.0
-    stop_m: float = math.inf
-    rss: Rss = field(default_factory=Rss)
+    own: OnLane  # the car; its lane is the one that it drives on, or changes to
+    others: tuple[OnLane, ...] = ()  # the road users on the lanes of its road
+    lanes: int = 2  # number of lanes
+    limit_mps: float = 14.0  # speed limit [m/s]
+    stop_m: float = math.inf  # place that the front of the car must not pass, inf without one [m]
+    rss: Rss = field(default_factory=Rss)  # the worst case for which it keeps a safe distance
+    # Share of the safe distance that it leaves to one behind it when it changes lanes
     politeness: float = 1.5
 
 

@@ -16,19 +16,12 @@ _REST_M, _COMFORTABLE_MPS2 = 2.0, 2.0
 
 @dataclass(frozen=True)
 class Rss:
-    """What the worst case is.
+    """What the worst case is."""
 
-    Attributes:
-        response_s: time until the car brakes [s]
-        accelerating_mps2: its greatest acceleration in this time [m/s^2]
-        own_braking_mps2: deceleration that it surely reaches [m/s^2]
-        other_braking_mps2: greatest deceleration of the one ahead [m/s^2]
-    """
-
-    response_s: float = 0.3
-    accelerating_mps2: float = 1.8
-    own_braking_mps2: float = 5.0
-    other_braking_mps2: float = 7.0
+    response_s: float = 0.3  # time until the car brakes [s]
+    accelerating_mps2: float = 1.8  # its greatest acceleration in this time [m/s^2]
+    own_braking_mps2: float = 5.0  # deceleration that it surely reaches [m/s^2]
+    other_braking_mps2: float = 7.0  # greatest deceleration of the one ahead [m/s^2]
 
 
 def safe_distance_m(rear_mps: float, front_mps: float, rss: Rss) -> float:

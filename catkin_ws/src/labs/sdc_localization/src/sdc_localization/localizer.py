@@ -136,14 +136,9 @@ class Localizer:
         self._refused_since_s = None
 
     def move(self, time_s: float, wheel_mps: float, gyro_radps: float) -> None:
-        """Predict the state at a time.
+        """Predict the state at a time, from the measured wheel speed and yaw rate.
 
         The motion since the last call is the mean of both measurements.
-
-        Args:
-            time_s: time of the measurements
-            wheel_mps: speed that the wheels measure
-            gyro_radps: yaw rate that the gyroscope measures
         """
         last, self._motion = self._motion, (time_s, wheel_mps, gyro_radps)
         if last is None or self.state is None:
@@ -160,11 +155,6 @@ class Localizer:
 
     def add_position(self, x_m: float, y_m: float, variance_m2: float) -> bool:
         """Correct the state by a GNSS position, unless it is an outlier.
-
-        Args:
-            x_m: measured position in the map frame
-            y_m: measured position in the map frame
-            variance_m2: variance of each axis [m^2]
 
         Returns:
             whether the position was used

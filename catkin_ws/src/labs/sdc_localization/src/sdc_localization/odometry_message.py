@@ -9,10 +9,7 @@ _POSE_INDICES = (0, 1, 5)
 
 
 def pose_covariance(covariance: np.ndarray) -> list:
-    """Return the covariance of a pose as in geometry_msgs/PoseWithCovariance.
-
-    Args:
-        covariance: (3, 3) covariance of x, y and yaw
+    """Return the covariance of x, y and yaw as in geometry_msgs/PoseWithCovariance.
 
     Returns:
         36 numbers, the rows of a (6, 6) matrix for x, y, z, roll, pitch and yaw

@@ -39,12 +39,7 @@ class SensorPairing:
             self._answer_complete()
 
     def add(self, sensor: int, message: Any) -> None:
-        """Add a message with a header.
-
-        Args:
-            sensor: 0 is the wheel speeds, 1 the IMU, from 2 on the further sensors
-            message: the message
-        """
+        """Add a message with a header: 0 is the wheel speeds, 1 the IMU, further ones follow."""
         with self._lock:
             stamp = message.header.stamp.to_nsec()
             if stamp > self._answered_ns:

@@ -32,19 +32,14 @@ _SPEED_GAIN = 1.5
 
 @dataclass(frozen=True)
 class Tuning:
-    """What the driver wants, and what it knows.
+    """What the driver wants, and what it knows."""
 
-    Attributes:
-        weights: of cross-track error, heading error and speed error
-        change_weights: of the change of wheel angle and acceleration in a tick
-        ticks: length of a plan
-        delay_ticks: the delay that it knows of
-    """
-
+    # Of cross-track error, heading error and speed error
     weights: tuple[float, float, float] = (1.0, 1.0, 0.3)
+    # Of the change of wheel angle and acceleration in a tick
     change_weights: tuple[float, float] = (40.0, 2.0)
-    ticks: int = 20
-    delay_ticks: int = DELAY_TICKS
+    ticks: int = 20  # length of a plan
+    delay_ticks: int = DELAY_TICKS  # the delay that it knows of
 
 
 class PredictiveDriver:

@@ -37,21 +37,14 @@ _FINISH_M, _LOST_M, _LONGEST_S = 30.0, 5.0, 120.0
 
 @dataclass
 class DrivenBends:
-    """A drive on bends.
+    """A drive on bends."""
 
-    Attributes:
-        arrived: whether the car arrived, less than 5 m from the path all the time
-        rms_m: root mean square of the cross-track error
-        worst_m: greatest cross-track error
-        mean_mps: mean speed
-        rows: (T, 6) time [s], place [m], cross-track error [m], speed [m/s], wheel angle [rad],
-            acceleration [m/s^2]
-    """
-
-    arrived: bool = False
-    rms_m: float = np.inf
-    worst_m: float = np.inf
-    mean_mps: float = 0.0
+    arrived: bool = False  # whether the car arrived, less than 5 m from the path all the time
+    rms_m: float = np.inf  # root mean square of the cross-track error
+    worst_m: float = np.inf  # greatest cross-track error
+    mean_mps: float = 0.0  # mean speed
+    # (T, 6) time [s], place [m], cross-track error [m], speed [m/s], wheel angle [rad],
+    # acceleration [m/s^2]
     rows: np.ndarray = field(default_factory=lambda: np.empty((0, 6)), repr=False)
 
 
@@ -91,12 +84,9 @@ class _BendReferee:
 
 
 def drive_bends(seed: int, tuning: Tuning | None = None, limited: Callable = limits) -> DrivenBends:
-    """Drive a road of random bends, with commands that act 0.1 s late.
+    """Drive the random bends of a seed, with commands that act 0.1 s late.
 
-    Args:
-        seed: of the road
-        tuning: what the driver wants and knows
-        limited: gives the limits of its inputs
+    `limited` gives the limits of the inputs.
     """
     points = long_route(seed, _LENGTH_M, _LEAST_RADIUS_M)
     driver = PredictiveDriver(points, planned_speeds(points), tuning or Tuning(), limited)

@@ -25,12 +25,7 @@ class DeadReckoning:
     """
 
     def __init__(self, rear_m: float, rear_compliance: float):
-        """Begin at the origin.
-
-        Args:
-            rear_m: distance of the rear axle from the centre of the car [m]
-            rear_compliance: slip angle of the rear tyres per lateral acceleration [rad/(m/s^2)]
-        """
+        """Begin at the origin. The compliance is the slip angle per lateral acceleration."""
         check_positive(rear_m=rear_m)
         check_non_negative(rear_compliance=rear_compliance)
         self._rear_m, self._rear_compliance = rear_m, rear_compliance
@@ -38,13 +33,7 @@ class DeadReckoning:
         self.speed_mps = self.lateral_mps = self.yaw_rate_radps = 0.0
 
     def update(self, speed_mps: float, yaw_rate_radps: float, step_s: float) -> None:
-        """Move on with the mean of the last and the new measurement.
-
-        Args:
-            speed_mps: speed of the rear axle [m/s]
-            yaw_rate_radps: yaw rate [rad/s]
-            step_s: time since the last call; one of more than 0.5 s does not count [s]
-        """
+        """Move on with the mean of last and new measurement, but not over more than 0.5 s."""
         slip = speed_mps * self._rear_compliance * speed_mps * yaw_rate_radps
         lateral = self._rear_m * yaw_rate_radps - slip
         if 0.0 < step_s <= _LONGEST_STEP_S:

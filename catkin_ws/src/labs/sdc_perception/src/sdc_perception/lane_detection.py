@@ -52,11 +52,9 @@ class DetectorSettings:
     def read(
         cls, parameter: Callable[[str], Any], bodies: Mapping[str, Any] | None = None
     ) -> DetectorSettings:
-        """Return the settings.
+        """Return the settings, given a function that returns one of config/lane_detector.yaml.
 
-        Args:
-            parameter: returns the parameter of config/lane_detector.yaml with a given name
-            bodies: the parameters of config/obstacle_detector.yaml
+        `bodies` are the parameters of config/obstacle_detector.yaml.
 
         Raises:
             TypeError: a name in a section is missing or unknown
@@ -135,12 +133,7 @@ class LaneDetector:
     """
 
     def __init__(self, settings: DetectorSettings, intrinsic: np.ndarray):
-        """Prepare the detector.
-
-        Args:
-            settings: parameters
-            intrinsic: camera matrix K (3, 3) of camera_info [px]
-        """
+        """Prepare the detector for pictures with the camera matrix `intrinsic` (3, 3) [px]."""
         self.ground = GroundPlane(intrinsic, settings.camera)
         self.tracker: LaneTracker | None = None
         self._settings = settings
@@ -153,11 +146,9 @@ class LaneDetector:
         self.driven_m = 0.0
 
     def detect(self, image: np.ndarray, pose: Pose, _time_s: float = 0.0) -> TrackedLane | None:
-        """Return the lane, or None if there is none in the picture.
+        """Return the lane, or None if there is none in the picture (H, W, 4) of BGRA uint8.
 
-        Args:
-            image: (H, W, 4) BGRA uint8
-            pose: x [m], y [m] and yaw [rad] of the car in the frame of the odometry
+        The pose of the car is that in the frame of the odometry.
         """
         # There are no markings on a body.
         covered = covered_boxes(self._bodies.find(image)) if self._bodies else ()

@@ -29,10 +29,7 @@ class FollowingSettings:
 
     @classmethod
     def read(cls, parameter: Callable[[str], Any]) -> FollowingSettings:
-        """Return the settings.
-
-        Args:
-            parameter: returns the parameter of config/lane_follower.yaml with a given name
+        """Return the settings, given a function that returns one of config/lane_follower.yaml.
 
         Raises:
             ValueError: a value is out of range
@@ -74,12 +71,7 @@ def lane_path(lane: TrackedLane, settings: FollowingSettings) -> np.ndarray:
 
 
 def path_end(visible_m: float, lookahead_m: float) -> float:
-    """Return how far ahead the path reaches [m]. The car can always stop before its end.
-
-    Args:
-        visible_m: distance up to which the lane is known [m]
-        lookahead_m: longest path [m]
-    """
+    """Return how far ahead the path reaches [m]. The car can always stop before its end."""
     # TODO 11: only as far as the lane is known (until then: return 0.0)
     return min(visible_m, lookahead_m)
     # ----------------------------------------------------------------------------

@@ -137,11 +137,7 @@ class LightFinder:
         self._horizon = int(self._centre[1] - self._focal_px * math.tan(self._mount.pitch_rad))
 
     def find(self, image: np.ndarray) -> list[SeenLight]:
-        """Return the lights that face the car, in any order.
-
-        Args:
-            image: (H, W, 3 or 4) BGR first, uint8
-        """
+        """Return the lights of a picture (H, W, 3 or 4), BGR first, uint8, that face the car."""
         upper = image[: max(self._horizon, 1)]
         if upper.shape[2] == 4:
             upper = cv2.cvtColor(upper, cv2.COLOR_BGRA2BGR)

@@ -38,12 +38,9 @@ class LightTracker:
         self._tracks = GroundTracks(settings.tracks)
 
     def detect(self, image: np.ndarray, pose: Pose, time_s: float) -> list[TrackedLight]:
-        """Return the lights.
+        """Return the lights in a picture (H, W, 3 or 4) of uint8, BGR first.
 
-        Args:
-            image: (H, W, 3 or 4) BGR first, uint8
-            pose: x [m], y [m] and yaw [rad] of the car in the frame of the odometry
-            time_s: time of the picture [s]
+        The pose of the car is that in the frame of the odometry.
         """
         self.seen = self._finder.find(image)
         lights = []

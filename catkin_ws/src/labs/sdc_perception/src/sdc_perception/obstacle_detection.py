@@ -103,11 +103,7 @@ class BodyFinder:
         }
 
     def find(self, image: np.ndarray) -> list[SeenBody]:
-        """Return the bodies, the nearest first.
-
-        Args:
-            image: (H, W, 3 or 4) BGR first, uint8
-        """
+        """Return the bodies in a picture (H, W, 3 or 4), BGR first, uint8, the nearest first."""
         # Bodies are about as high as the camera: their lower edge is below the horizon.
         first = max(0, math.floor(self._horizon) - 8)
         lower = image[first:]

@@ -30,12 +30,10 @@ class ObstacleTracker:
         self._tracks = {name: GroundTracks(settings.tracks) for name in settings.kinds}
 
     def detect(self, image: np.ndarray, pose: Pose, time_s: float) -> list[DetectedObstacle]:
-        """Return the bodies; one that stands has the line of sight as its heading.
+        """Return the bodies in a picture (H, W, 3 or 4) of uint8, BGR first.
 
-        Args:
-            image: (H, W, 3 or 4) BGR first, uint8
-            pose: x [m], y [m] and yaw [rad] of the car in the frame of the odometry
-            time_s: time of the picture [s]
+        One that stands has the line of sight as its heading. The pose of the car is that in the
+        frame of the odometry.
         """
         self.seen = self._finder.find(image)
         bodies = []

@@ -1,4 +1,4 @@
-"""Draw what the detectors found into the picture."""
+"""Draw what the detectors found into camera pictures (H, W, 3 or 4), BGR first."""
 
 from __future__ import annotations
 
@@ -32,15 +32,7 @@ def draw_lane(
     lane: TrackedLane | None,
     found: FoundMarkings | None,
 ) -> np.ndarray:
-    """Return a BGR picture (H, W, 3) with the markings, the lane's centre and its numbers.
-
-    Args:
-        image: camera picture (H, W, 3 or 4), BGR first
-        ground: projection of the camera
-        pose: x [m], y [m] and yaw [rad] of the car
-        lane: the lane, None if there is none
-        found: the markings
-    """
+    """Return a BGR picture (H, W, 3) with the markings, the lane's centre and its numbers."""
     picture = np.ascontiguousarray(image[..., :3])
     if lane is None:
         cv2.putText(picture, "no lane", (12, 28), cv2.FONT_HERSHEY_SIMPLEX, 0.7, (0, 0, 255), 2)
@@ -84,12 +76,7 @@ def write(
 
 
 def draw_lights(image: np.ndarray, lights: Sequence[SeenLight]) -> np.ndarray:
-    """Return a BGR picture (H, W, 3) with a box, the colour and the distance of each light.
-
-    Args:
-        image: camera picture (H, W, 3 or 4), BGR first
-        lights: the lights
-    """
+    """Return a BGR picture (H, W, 3) with a box, the colour and the distance of each light."""
     picture = np.ascontiguousarray(image[..., :3])
     for light in lights:
         colour = _LIGHTS_BGR[light.state]
@@ -101,12 +88,7 @@ def draw_lights(image: np.ndarray, lights: Sequence[SeenLight]) -> np.ndarray:
 
 
 def draw_obstacles(image: np.ndarray, bodies: Sequence[SeenBody]) -> np.ndarray:
-    """Return a BGR picture (H, W, 3) with a box, the kind and the distance of each body.
-
-    Args:
-        image: camera picture (H, W, 3 or 4), BGR first
-        bodies: the bodies
-    """
+    """Return a BGR picture (H, W, 3) with a box, the kind and the distance of each body."""
     picture = np.ascontiguousarray(image[..., :3])
     for body in bodies:
         colour = _BODIES_BGR.get(body.kind, _OTHER_BGR)

@@ -81,12 +81,7 @@ class TrafficFollower:
     ) -> np.ndarray:
         """Return the path with the speeds that traffic allows.
 
-        Args:
-            rows: (N, 3) path from behind the car: x [m], y [m], speed [m/s]
-            pose: x [m], y [m] and yaw [rad] of the car
-            speed_mps: speed of the car [m/s]
-            bodies: the obstacles
-            lights: the traffic lights
+        Its rows (N, 3) are x [m], y [m] and speed [m/s], from behind the car.
         """
         if len(rows) < 2 or not (bodies or lights):
             return rows

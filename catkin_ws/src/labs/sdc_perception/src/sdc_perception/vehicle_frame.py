@@ -10,9 +10,7 @@ import numpy as np
 def in_vehicle_frame(points_m: np.ndarray, pose: tuple[float, float, float]) -> np.ndarray:
     """Return points (..., 2) as the car sees them: x forward, y to the left of it [m].
 
-    Args:
-        points_m: points (..., 2) in the frame of the odometry [m]
-        pose: x [m], y [m] and yaw [rad] of the car in that frame
+    Points and pose are those in the frame of the odometry.
     """
     x, y, yaw = pose
     c, s = math.cos(yaw), math.sin(yaw)

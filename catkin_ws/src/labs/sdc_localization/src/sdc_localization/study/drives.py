@@ -70,16 +70,10 @@ def drive_localized(
     options: Mapping[str, Any] | None = None,
     landmarks: bool = False,
 ) -> LocalizedDrive:
-    """Drive along a route on the estimate.
+    """Drive along a route on the estimate, with changed parameters of GNSS and localizer.
 
-    The car starts off the middle of its lane, and turned, by as much as the localizer assumes.
-
-    Args:
-        route_m: (N, 2) waypoints [m]
-        seed: of the errors of the sensors and of the start
-        gnss: changed parameters of the GNSS, such as its outages
-        options: changed parameters of the localizer
-        landmarks: whether the localizer uses the planar lidar and the map
+    The car starts off the middle of its lane, and turned, by as much as the localizer assumes; the
+    seed draws this and the errors of the sensors.
     """
     settings = LocalizerSettings.read(node_config("sdc_localization", "localizer").__getitem__)
     deviations = settings.initial_across_m, settings.initial_yaw_rad

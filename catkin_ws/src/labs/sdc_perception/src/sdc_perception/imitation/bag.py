@@ -19,10 +19,7 @@ PICTURES = "/carla/ego_vehicle/camera/rgb/front/image_color"
 def bag_samples(path: str, least_speed_mps: float, pictures_per_s: float) -> Samples:
     """Return the samples of a bag with odometry and pictures. The car is on its line in all.
 
-    Args:
-        path: the bag
-        least_speed_mps: leave out the pictures at a lower speed [m/s]
-        pictures_per_s: leave out more pictures [1/s]
+    Pictures at a lower speed, and those beyond the rate, are left out.
 
     Raises:
         ValueError: the bag is missing, damaged, or lacks the topics; the message is one line

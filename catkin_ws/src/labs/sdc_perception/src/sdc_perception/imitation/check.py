@@ -15,11 +15,7 @@ _ERRORS = (ArithmeticError, AttributeError, LookupError, NameError, TypeError, V
 
 
 def problems(names: dict[str, Any]) -> dict[str, str]:
-    """Return the first problem of each function of a lesson, "" where it is right.
-
-    Args:
-        names: the functions, and what else is in the student's file
-    """
+    """Return the first problem of each function of a student's file, "" where it is right."""
     found: dict[str, str] = {}
     for row in node_config("sdc_perception", "imitation_checks")["rows"]:
         name = row["call"].partition("(")[0]

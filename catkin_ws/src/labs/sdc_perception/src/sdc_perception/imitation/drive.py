@@ -25,11 +25,7 @@ def drive(
 ) -> NodesDrive:
     """Drive along a route that only the referee knows.
 
-    Args:
-        network: path of the file of the network
-        route_m: (N, 2) waypoints [m]
-        left_m: distance of the start to the left of the route [m]
-        turned_rad: heading at the start relative to the route, positive left [rad]
+    The start is `left_m` to its left, and `turned_rad` to the left of its heading.
     """
     return drive_nodes(
         route_m=route_m,

@@ -97,12 +97,10 @@ def _offset_errors(bag_path: str, trace: np.ndarray, frames: str) -> list[float]
 
 
 def drive(name: str, weather: str = "day", frames: str = "") -> NodesDrive:
-    """Drive with what the nodes find in the picture.
+    """Drive with what the nodes find in the picture, in a weather of WEATHERS.
 
-    Args:
-        name: seed of a random route, "town", or the name of a scenario
-        weather: a key of WEATHERS
-        frames: folder of the pictures of the lane; "" for none
+    `name` is the seed of a random route, "town", or a scenario. `frames` is the folder of the
+    pictures of the lane; "" for none.
     """
     by_lane = name == TOWN or name.isdecimal()
     return drive_nodes(

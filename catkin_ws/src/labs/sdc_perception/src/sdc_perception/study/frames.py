@@ -145,13 +145,7 @@ def _false_ones(free: Sequence[SeenLight | SeenBody], range_m: float, scene: Sce
 
 
 def measure(weather: str, count: int, first_seed: int) -> FrameScore:
-    """Return the score of a number of pictures, with the parameters of the lab.
-
-    Args:
-        weather: a key of WEATHERS
-        count: number of pictures
-        first_seed: seed of the first route
-    """
+    """Return the score of some pictures in a weather of WEATHERS, with the lab's parameters."""
     intrinsic, score = CameraModel().intrinsic_matrix(), FrameScore()
     parameters = partial(node_config, "sdc_perception")
     light_settings = LightSettings.read(parameters("traffic_light_detector").__getitem__)

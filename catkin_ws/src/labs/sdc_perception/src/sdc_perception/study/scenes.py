@@ -65,12 +65,7 @@ class SceneMaker:
     """Random scenes on random routes."""
 
     def __init__(self, first_seed: int, parameters: dict[str, Any]):
-        """Prepare.
-
-        Args:
-            first_seed: seed of the first route; the others follow
-            parameters: `daylight` and `weather` as in config/sim.yaml
-        """
+        """Prepare routes of consecutive seeds; the parameters are those of config/sim.yaml."""
         self._seed = first_seed
         self._light = parameters.get("daylight", 1.0)
         self._weather = Weather(**parameters.get("weather", {}))
