@@ -139,16 +139,7 @@ def own_planner(
     seen: Observation,
     lacking: str = "",
 ) -> tuple[PathPlanner, np.ndarray]:
-    """Return the local planner, and the waypoints of its first mission.
-
-    Args:
-        limits: parameters of the local planner
-        waypoints_m: (N, 2) waypoints without a map [m]
-        lines: stop line of each traffic light by its id
-        missions: plans the missions on a map, None without one
-        seen: the first observation
-        lacking: what the car lacks, see LACKS
-    """
+    """Return the local planner of a car without what it lacks, and its first waypoints."""
     settings = PlannerSettings.read(limits.__getitem__)
     if missions is None:
         return MissionDriver(waypoints_m, settings, lines), waypoints_m

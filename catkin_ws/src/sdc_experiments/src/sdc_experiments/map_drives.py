@@ -64,11 +64,6 @@ def had_emergency(
     This is a fact of the world: a tick before, it was beside the route. It is too late for the
     car as it is then; and, if it had to give way, for the car as it would be then if it had kept
     its speed for a second.
-
-    Args:
-        route: the route of the car
-        snapshots: the true states of all ticks
-        is_first: whether another one has right of way over the car
     """
     s_m = 0.0
     cars: list[tuple[float, float]] = []  # arc length and speed of the car

@@ -59,11 +59,6 @@ class Lateness:
 class TimedDriver:
     """A driver process whose answers act when its core has computed them, as the car's software.
 
-    Args:
-        process: the driver, None if it has not started
-        tick_ns: duration of a tick [ns]
-        late: the record of an earlier drive, which is repeated
-
     Attributes:
         path, reason: see DriverProcess
         problem: why the driver has ended, "" while it drives

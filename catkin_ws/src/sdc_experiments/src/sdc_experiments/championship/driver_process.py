@@ -66,9 +66,7 @@ class DriverError(Exception):
 class DriverServer:
     """Loads the library in a sandbox, and starts a process for each drive.
 
-    Args:
-        source: the file
-        sandboxed: False without the sandbox of bubblewrap; all other limits remain
+    Without the sandbox of bubblewrap, all other limits remain.
 
     Raises:
         SandboxError: there is no sandbox on this machine
@@ -118,10 +116,6 @@ class DriverServer:
 
 class DriverProcess:
     """The driver of one drive, as the software of a car.
-
-    Args:
-        control: socket of the server
-        mission: what the driver gets
 
     Attributes:
         path: the start of the path that it follows, None if it is unknown

@@ -27,24 +27,15 @@ LEAGUES: dict[str, dict[str, Any]] = TABLE["leagues"]
 
 @dataclass(frozen=True)
 class Draw:
-    """What a seed draws; equal arguments give an equal draw.
+    """What a seed draws; equal arguments give an equal draw."""
 
-    Attributes:
-        league: a name of LEAGUES
-        seed: any text; public seeds are numbers
-        route_m: (N, 2) waypoints, None on a map [m]
-        sim: parameters that replace those of sdc_sim/config/sim.yaml
-        planner: the same for the limits of our local planner
-        map: path of the map, "" without one
-        longest_s: simulated time after which the drive is too late, None for the referee's [s]
-    """
-
-    league: str
-    seed: str
-    route_m: np.ndarray | None = field(repr=False)
-    sim: dict[str, Any]
-    planner: dict[str, Any]
-    map: str = ""
+    league: str  # a name of LEAGUES
+    seed: str  # any text; public seeds are numbers
+    route_m: np.ndarray | None = field(repr=False)  # (N, 2) waypoints, None on a map [m]
+    sim: dict[str, Any]  # parameters that replace those of sdc_sim/config/sim.yaml
+    planner: dict[str, Any]  # the same for the limits of our local planner
+    map: str = ""  # path of the map, "" without one
+    # Simulated time after which the drive is too late, None for the referee's [s]
     longest_s: float | None = None
 
 

@@ -34,10 +34,8 @@ def drive_race(
 ) -> tuple[list[dict[str, Any]], np.ndarray]:
     """Let drivers race, and return their rows in the order of the result, and the route.
 
-    Args:
-        servers: start the drivers, by their names, whose order has no influence
-        seed: draws road, conditions and places at the start
-        late: the records of an earlier race by driver, which are repeated
+    The order of the servers has no influence. `late` has the records of an earlier race by driver,
+    which are repeated.
     """
     one = draw("driving", seed)
     grid = generator("race", seed, "grid").permutation(sorted(servers)).tolist()

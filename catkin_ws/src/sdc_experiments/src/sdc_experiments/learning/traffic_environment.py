@@ -102,11 +102,9 @@ class TrafficVectorEnvironment(SdcVectorEnvironment):
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Place our cars on their ramps.
+        """Place our cars on their ramps; the others of world i are drawn by seed + i or entry i.
 
-        Args:
-            seed: draws the others, of world i by seed + i or by entry i of a list
-            options: {"reset_mask": (N,) bool} resets only these worlds
+        The option "reset_mask", (N,) bool, resets only these worlds.
         """
         self._check_reset(seed, options)
         seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed

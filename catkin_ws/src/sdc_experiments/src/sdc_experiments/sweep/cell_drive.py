@@ -62,9 +62,7 @@ def code_version() -> str:
 def worker_problem(version: str, paths: Sequence[str]) -> str:
     """Return why this process cannot drive cells, or "".
 
-    Args:
-        version: the `code_version` of the sweep
-        paths: files and folders that the drives read
+    These need the same `code_version`, and the files and folders that the drives read.
     """
     if code_version() != version:
         return "it has another version of the code or of its libraries; install the same there"
@@ -75,13 +73,7 @@ def worker_problem(version: str, paths: Sequence[str]) -> str:
 
 
 def drive_cell(cell: Sequence, stack: str, timeout_s: float, version: str) -> tuple[dict, str]:
-    """Drive one cell.
-
-    Args:
-        cell: the cell
-        stack: IN_PROCESS or ROS
-        timeout_s: wall time after which a drive with real nodes is ended [s]
-        version: the `code_version` of the sweep
+    """Drive one cell, with real nodes until a timeout of wall time.
 
     Returns:
         the row of the results, and the log of a drive that failed

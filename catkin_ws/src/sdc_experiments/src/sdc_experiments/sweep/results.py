@@ -35,11 +35,7 @@ class Results:
     """
 
     def __init__(self, folder: Path, identity: Mapping[str, Any]):
-        """Open a folder and read the rows of an interrupted sweep.
-
-        Args:
-            folder: the folder, which is made
-            identity: what decides about the results, as plain data of JSON
+        """Open a folder and read the rows of an interrupted sweep of the same identity.
 
         Raises:
             ResultsError: the folder holds results of another study, or another sweep writes them

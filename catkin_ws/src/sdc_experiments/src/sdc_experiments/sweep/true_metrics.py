@@ -22,9 +22,7 @@ TRUE_METRICS = (
 def true_metrics(rows: np.ndarray, states: Sequence[VehicleState]) -> dict[str, float | None]:
     """Return TRUE_METRICS of a drive; None for those that a short drive does not define.
 
-    Args:
-        rows: (n, 11) trace of the drive
-        states: true state of the vehicle at each row
+    The true states of the vehicle are those at the rows (n, 11) of its trace.
     """
     trace = dict(zip(COLUMNS, rows.T))
     found: dict[str, float | None] = dict.fromkeys(TRUE_METRICS)
