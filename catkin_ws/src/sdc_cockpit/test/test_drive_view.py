@@ -1,9 +1,16 @@
-"""What the page shows of the newest messages."""
+"""What the page shows of the newest messages of the car, its sensors and the topics."""
 
+import math
+import struct
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
-from nav_msgs.msg import Odometry
+import rospy
 from page_messages import receive
 from sdc_msgs.msg import BaseWaypoint, LaneOffset, Path, SpeedReason
+from sensor_msgs.msg import NavSatFix, NavSatStatus, PointCloud2
+from std_msgs.msg import Header
 
 from sdc_cockpit.drive_view import (
     LANE_OFFSET,
@@ -13,7 +20,12 @@ from sdc_cockpit.drive_view import (
     SPEED_REASON,
     DriveView,
 )
-from sdc_common.ros.odometry import GROUND_TRUTH
+from sdc_cockpit.sensor_view import GNSS, LIDARS, SensorView
+from sdc_cockpit.topic_feeds import Feed
+from sdc_common.geometry.geodesy import geodetic_from_map
+from sdc_common.ros.odometry import GROUND_TRUTH, odometry_message
+from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
+from sdc_sim.ros.message_conversion import point_cloud_message
 
 
 @pytest.fixture
@@ -22,10 +34,7 @@ def view():
 
 
 def odometry(y_m=0.0):
-    message = Odometry()
-    message.pose.pose.position.y = y_m
-    message.pose.pose.orientation.w = 1.0
-    return message
+    return odometry_message(rospy.Time(), (0.0, y_m, 0.0), (0.0, 0.0, 0.0))
 
 
 @pytest.mark.parametrize(
@@ -74,3 +83,70 @@ def test_offset_that_the_camera_measures_is_shown_while_it_sees_a_lane(view):
     assert view.state()["lane_offset"] == -0.25
     receive(view, ODOMETRY, odometry(), 6.0)
     assert view.state()["lane_offset"] is None
+
+
+FRONT, PLANAR = LIDARS
+
+
+def cloud(points):
+    header = Header(0, rospy.Time(1), "frame")
+    return point_cloud_message(np.array(points, np.float32), None, header)
+
+
+def test_topics_are_those_of_the_default_bridge():
+    names = BRIDGE_VERSIONS["0.9.3"].sensors
+    used = {"/carla/ego_vehicle" + names[name].topic for name in ("gnss", "lidar", "planar_lidar")}
+    assert {feed.topic for feed in SensorView().feeds} == used
+
+
+def test_points_are_placed_with_the_car():
+    view = SensorView()
+    assert view.state((0.0, 0.0, 0.0)) == {"fixes": [], "points": []}
+    receive(view, PLANAR, cloud([[5.0, 1.0, 0.0, 1.0]]))
+    assert view.state(None)["points"] == []
+    (point,) = view.state((10.0, 20.0, 0.5 * math.pi))["points"]
+    assert point == pytest.approx([9.0, 27.35, 0.6], abs=0.01)
+
+
+def test_large_scan_is_thinned():
+    view = SensorView()
+    receive(view, FRONT, cloud(np.ones((16_000, 4))))
+    assert 300 < len(view.state((0.0, 0.0, 0.0))["points"]) <= 400
+
+
+def test_only_fixes_are_shown():
+    view = SensorView()
+    receive(view, GNSS, NavSatFix(status=NavSatStatus(status=NavSatStatus.STATUS_NO_FIX)))
+    latitude, longitude = geodetic_from_map(3.0, -4.0)
+    receive(view, GNSS, NavSatFix(latitude=latitude, longitude=longitude))
+    assert view.state(None)["fixes"] == [pytest.approx([3.0, -4.0], abs=0.01)]
+    receive(view, GNSS, NavSatFix(latitude=math.nan, longitude=longitude))
+    assert len(view.state(None)["fixes"]) == 1
+    view.clear()
+    assert view.state(None)["fixes"] == []
+
+
+def test_scan_with_other_fields_is_not_shown():
+    view = SensorView()
+    receive(view, FRONT, PointCloud2(point_step=12, width=1, height=1, data=bytes(12)))
+    assert view.state((0.0, 0.0, 0.0))["points"] == []
+
+
+def message(number):
+    return SimpleNamespace(_buff=struct.pack("<III", number, 1, 0) + b"rest")
+
+
+def test_messages_without_a_header_are_counted():
+    seen = []
+    feed = Feed("/topic", callback=seen.append)
+    for number in (7, 9):
+        feed.receive(message(number))
+    assert feed.count == 2
+    assert feed.newest is seen[-1]
+
+
+def test_messages_that_a_burst_dropped_are_counted():
+    for feed in (Feed("/topic", rests=True), Feed("/topic", picture=True)):
+        for number in (7, 9):
+            feed.receive(message(number))
+        assert feed.count == 9

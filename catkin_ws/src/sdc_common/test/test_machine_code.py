@@ -5,9 +5,7 @@ import sys
 
 import pytest
 
-from sdc_common.machine_code import compiled
-
-numba = pytest.importorskip("numba")
+from sdc_common.machine_code import compiled, numba_module
 
 SOURCE = """
 def step(x):
@@ -28,6 +26,7 @@ def loaded():
 
 @pytest.fixture
 def module(tmp_path, monkeypatch):
+    pytest.importorskip("numba")
     monkeypatch.syspath_prepend(tmp_path)
     path = tmp_path / "compiled_pair.py"
     path.write_text(SOURCE)
@@ -49,3 +48,12 @@ def test_function_without_a_folder_for_the_cache_is_compiled_in_each_process(mod
     monkeypatch.setattr("numba.core.caching.FunctionCache", no_folder)
     monkeypatch.setattr("numba.core.dispatcher.FunctionCache", no_folder)
     assert loaded()(1.0) == 8.0
+
+
+def test_numba_that_cannot_be_imported_is_named_once(monkeypatch):
+    monkeypatch.setitem(sys.modules, "numba", None)
+    numba_module.cache_clear()
+    with pytest.warns(RuntimeWarning, match="40 times slower without Numba .*; run ") as caught:
+        assert numba_module() is numba_module() is None
+    assert len(caught) == 1
+    numba_module.cache_clear()

@@ -21,7 +21,7 @@ from std_srvs.srv import Trigger
 
 from sdc_common.processes import wait_until
 from sdc_common.ros.node import ENDED_PARAMETER
-from sdc_sim.ros.message_conversion import quaternion_from_yaw
+from sdc_common.ros.odometry import odometry_message
 from sdc_testing import MessageListener
 
 SCRIPTS = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "scripts")
@@ -93,14 +93,9 @@ class RefereeTest(unittest.TestCase):
         As with the 0.9.3 bridge, the twist is in the map frame and commands carry no stamps.
         """
         for tick in range(first, last):
-            message = Odometry()
-            message.header.stamp = stamp_of(tick)
-            message.pose.pose.position.x = min(0.5 * tick, 100.0)
-            message.pose.pose.position.y = 0.3
-            message.pose.pose.orientation = quaternion_from_yaw(yaw)
-            speed = 10.0 if tick < 200 else 0.0
-            message.twist.twist.linear.x, message.twist.twist.linear.y = 0.6 * speed, -0.8 * speed
-            self.odometry.publish(message)
+            pose, speed = (min(0.5 * tick, 100.0), 0.3, yaw), 10.0 if tick < 200 else 0.0
+            twist = (0.6 * speed, -0.8 * speed, 0.0)
+            self.odometry.publish(odometry_message(stamp_of(tick), pose, twist))
             self.command.publish(CarlaVehicleControl(throttle=0.5))
 
     def logged_odometry(self):

@@ -1,7 +1,5 @@
 """The vehicle reaches the demanded speed and wheel angle within its limits."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

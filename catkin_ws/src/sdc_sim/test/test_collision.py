@@ -1,7 +1,5 @@
 """Overlap and first contact of rectangles: exact, with the shortest way out, and no tunnelling."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

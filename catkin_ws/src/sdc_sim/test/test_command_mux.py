@@ -1,7 +1,6 @@
-"""Selection of the executed command: one test for each transition."""
+"""Commands: their limits, which one is executed, whose it is, and which tick it answers."""
 
-from __future__ import annotations
-
+import dataclasses
 import math
 
 import pytest
@@ -13,11 +12,9 @@ from sdc_common.driving import Command
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
 from sdc_sim.sensors.errors import DelayLine
-from sdc_sim.simulation.command_mux import CommandMux
+from sdc_sim.simulation.command_mux import AnswerTracker, CommandArbiter, CommandMux
 from sdc_sim.simulation.simulation import Simulation
 from sdc_sim.yaml_document import packaged_config
-
-pytestmark = pytest.mark.slow(6)
 
 TICK_S = 0.05
 AT_REST = VehicleState()
@@ -123,6 +120,7 @@ ANY_NUMBER = st.floats(width=32)
 ANY_COMMAND = st.builds(Command, ANY_NUMBER, ANY_NUMBER, ANY_NUMBER, st.booleans(), st.booleans())
 
 
+@pytest.mark.slow(6)
 @settings(max_examples=max(200, settings.default.max_examples))
 @given(st.lists(st.tuples(ANY_COMMAND, st.booleans()), min_size=1, max_size=8))
 def test_fuzz_any_commands_execute_as_valid_pedals(commands):
@@ -144,3 +142,70 @@ def test_fuzz_any_commands_execute_as_valid_pedals(commands):
         assert 0.0 <= executed.throttle <= 1.0 and 0.0 <= executed.brake <= 1.0
         assert -1.0 <= executed.steer <= 1.0
         assert all(map(math.isfinite, vars(simulation.vehicle.state).values()))
+
+
+@pytest.mark.parametrize("key", ["throttle", "steer", "brake"])
+def test_value_out_of_its_range_is_limited_and_reported(key):
+    command, least = Command(0.2, 0.1, 0.3, True, True), -1.0 if key == "steer" else 0.0
+    for value, limit in ((1.5, 1.0), (least - 0.5, least)):
+        limited = dataclasses.replace(command, **{key: value}).clamped()
+        assert limited == (dataclasses.replace(command, **{key: limit}), True)
+
+
+def test_first_publisher_keeps_control_until_it_has_been_silent_or_control_is_released():
+    arbiter = CommandArbiter(timeout_ticks=8)
+    for tick in range(100):
+        assert arbiter.admits("/first", tick)
+        assert not arbiter.admits("/second", tick)
+    assert arbiter.active == "/first"
+    assert not arbiter.admits("/second", 107)
+    assert arbiter.admits("/second", 108)
+    assert not arbiter.admits("/first", 109)
+    arbiter.release()
+    assert arbiter.admits("/first", 110)
+
+
+TICK_NS = 50_000_000
+OTHER_CLOCK = 1_700_000_000
+
+
+def answered_ticks(*ticks):
+    """Return whether each tick has been answered.
+
+    Args:
+        ticks: for each, the ticks whose stamps its commands have; 0 is none
+    """
+    answers, answered = AnswerTracker(), []
+    for tick, stamps in enumerate(ticks, start=1):
+        answers.expect()
+        for stamp in stamps:
+            if not answers.is_repeated(stamp * TICK_NS, tick * TICK_NS):
+                answers.record(stamp * TICK_NS, tick * TICK_NS)
+        if not answers.answered:
+            answers.give_up()
+        answered.append(answers.answered)
+    return answered
+
+
+@pytest.mark.parametrize(
+    ("ticks", "answered"),
+    [
+        ([[1], [2], [3]], [1, 1, 1]),
+        ([[0], [0], [0]], [1, 1, 1]),
+        ([[], [2], []], [0, 1, 0]),
+        # An older, a repeated or a later command answers nothing; the next one with the stamp does.
+        ([[], [1, 2]], [0, 1]),
+        ([[1], [1, 2]], [1, 1]),
+        ([[1], [9, 2]], [1, 1]),
+        ([[1, 1], [2]], [1, 1]),
+        # A brake command without a stamp, as of a controller whose path is missing.
+        ([[1], [0], [3]], [1, 1, 1]),
+        # Stamps of the wall clock, and stamps that are one tick late, count as none after one tick.
+        ([[OTHER_CLOCK], [OTHER_CLOCK], [OTHER_CLOCK]], [0, 1, 1]),
+        ([[1], [1], [2], [3]], [1, 0, 1, 1]),
+        # A stack that sent nothing for some ticks is still matched by stamp.
+        ([[1], [], [], [4], [4, 5]], [1, 0, 0, 1, 1]),
+    ],
+)
+def test_commands_answer_by_stamp_or_else_by_order(ticks, answered):
+    assert answered_ticks(*ticks) == list(map(bool, answered))

@@ -3,9 +3,9 @@
 import json
 
 import rospy
-from nav_msgs.msg import Odometry
 from sdc_msgs.msg import CarlaVehicleControl
 
+from sdc_common.ros.odometry import odometry_message
 from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.obstacles import CollisionEvent
 from sdc_sim.physics.vehicle import VehicleState
@@ -15,11 +15,7 @@ from sdc_sim.simulation.snapshot import Snapshot
 
 def observed(x_m, collisions=()):
     state = VehicleState()
-    odometry = Odometry()
-    odometry.pose.pose.position.x = x_m
-    odometry.pose.pose.position.y = 0.1 + 0.2
-    odometry.pose.pose.orientation.w = 1.0
-    odometry.twist.twist.linear.x = 3.0
+    odometry = odometry_message(rospy.Time(), (x_m, 0.1 + 0.2, 0.0), (3.0, 0.0, 0.0))
     return Snapshot(4_050_000_000, state, state, (), (), collisions), odometry
 
 

@@ -1,3 +1,6 @@
+"""The evaluated drive: its status, its metrics and what else its report shows."""
+
+import math
 import resource
 
 import numpy as np
@@ -6,8 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from referee_rules import RULES, TICK_NS, with_route
 
+from sdc_common.planning.speed_profile import SpeedLimits
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.event_file import EventFile
+from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.physics.traffic_lights import GREEN, RED
 
 
@@ -186,3 +191,114 @@ def test_reason_applies_from_its_stamp_on_for_a_second(tick, reason):
     evaluator.add("reason", 20 * TICK_NS, "start")
     drive_on(evaluator, 1, 80, answer=False)
     assert evaluator.result().reasons[tick - 1] == reason
+
+
+def test_result_holds_what_was_planned_photographed_and_seen():
+    evaluator = with_route()
+    evaluator.add("planned", 9.0)  # before the first odometry: at no place
+    evaluator.add("stop_lines", [(7, 50.0, 0.0, 1.75)])
+    drive_on(evaluator, 1, 2)
+    evaluator.add("planned", 4.0)
+    evaluator.add("snapshot", 0.1, 1.0, "YSBwaWN0dXJl")
+    evaluator.add("lights", 2 * TICK_NS, [(7, RED)])
+    evaluator.add("lights", 0, [(7, GREEN)])
+    result = evaluator.result()
+    np.testing.assert_allclose(result.planned, [[1.0, 4.0, 0.1]])
+    assert result.snapshots == [(0.1, 1.0, "YSBwaWN0dXJl")]
+    assert result.scene["lights"] == [(0.1, {7: RED}), (0.1, {7: GREEN})]
+    assert list(result.stop_lines) == [7]
+    assert result.ideal.speed_mps.shape == (len(evaluator.drive.route.points),)
+    assert result.ideal.speed_mps.max() == pytest.approx(RULES.speed_limits().cruise_mps, rel=0.5)
+
+
+def test_result_counts_the_answers_by_stamp_and_by_order():
+    evaluator = with_route()
+    drive_on(evaluator, 1, 3, speed=1.0)
+    evaluator.add("odometry", 4 * TICK_NS, 0.2, 0.2, 0.0, 1.0)
+    evaluator.add("command", 0, 0.5, 0.0, 0.0)
+    metrics = evaluator.result().metrics
+    assert (metrics["ticks_by_stamp"], metrics["ticks_by_order"]) == (3, 1)
+    assert metrics["assumed_limits"] == list(RULES.assumed)
+
+
+def test_error_of_the_camera_is_that_at_the_stamps_of_its_pictures():
+    evaluator = with_route()
+    drive_on(evaluator, 1, 40, speed=1.0)
+    assert "lane_offset_rms_error_m" not in evaluator.result().metrics
+    for tick, offset_m in ((2, 0.3), (3, 0.1), (4, math.nan), (39, 9.0), (50, 9.0)):
+        evaluator.add("lane_offset", tick * TICK_NS, offset_m)
+    metrics = evaluator.result().metrics
+    assert metrics["lane_offset_rms_error_m"] == pytest.approx(0.1), "the car is at 0.2 m"
+
+
+def test_each_time_without_odometry_is_added():
+    evaluator = with_route()
+    for first in (1, 40, 80):
+        drive_on(evaluator, first, 10, speed=1.0)
+    assert evaluator.result().metrics["unseen_s"] == pytest.approx((30 + 31) * 0.05)
+
+
+@pytest.mark.parametrize(
+    ("stamps", "accepted"),
+    [([1, 1, 2, 80], [1, 2, 80]), ([200, 198, 201, 199, 202], [200, 201, 202])],
+    ids=["repeated", "second publisher"],
+)
+def test_odometry_that_is_not_newer_is_ignored(stamps, accepted):
+    evaluator = with_route()
+    found = [n for n in stamps if evaluator.add("odometry", n * TICK_NS, 0.0, 0.0, 0.0, 1.0)]
+    assert found == accepted
+    assert evaluator.result().metrics["ticks"] == len(accepted)
+
+
+def test_nothing_counts_after_the_end():
+    evaluator = with_route()
+    evaluator.add("stop_lines", [(7, 50.0, 0.0, 1.75)])
+    drive_on(evaluator, 1, 100, speed=9.5)
+    evaluator.add("collision", 95 * TICK_NS, 0)
+    assert evaluator.over
+    before = evaluator.result().metrics
+    drive_on(evaluator, 101, 10, speed=9.5)
+    evaluator.add("lights", 100 * TICK_NS, [(7, RED)])
+    evaluator.add("collision", 105 * TICK_NS, 3)
+    evaluator.add("planned", 1.0)
+    assert evaluator.result().metrics == before
+    assert len(evaluator.result().planned) == 0
+    assert not evaluator.add("odometry", 111 * TICK_NS, 50.0, 0.0, 0.0, 1.0)
+
+
+# Each number differs from all others.
+NAMES = "off_route_m off_route_s blocked_s finish_within_m timeout_ratio timeout_margin_s"
+LIMITS = "planned_speed_mps lateral_acceleration_mps2 acceleration_mps2 braking_mps2"
+PARAMETERS = {name: 1.5 + number for number, name in enumerate(NAMES.split())}
+PARAMETERS.update(lane_width_m=3.25, car_front_m=3.8, finish_at_rest=False, new_missions=True)
+PLANNER = {name: 11.0 + number for number, name in enumerate(LIMITS.split())}
+PLANNER.update(lateral_jerk_mps3=1.0, curve_ahead_m=20.0)
+PARAMETERS.update(map="town.net.xml", assumed_planner=PLANNER)
+
+
+def read(**changes):
+    return EvaluationRules.read({**PARAMETERS, **changes}.__getitem__)
+
+
+def test_each_rule_is_the_parameter_of_its_name():
+    rules, expected = read()._asdict(), {**PARAMETERS}
+    del rules["planner"], rules["assumed"], expected["assumed_planner"]
+    assert rules == expected
+
+
+def test_limits_of_the_planner_are_those_of_the_speed_profile():
+    limits = {"cruise_mps": 11.0, "lateral_mps2": 12.0, "acceleration_mps2": 13.0}
+    limits.update(braking_mps2=14.0, lateral_jerk_mps3=1.0)
+    assert read().speed_limits() == SpeedLimits(**limits)
+
+
+def test_timeout_is_the_ratio_of_the_ideal_duration_and_a_margin():
+    assert read(timeout_ratio=2.0, timeout_margin_s=30.0).timeout_s(100.0) == 230.0
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("blocked_s", 0.0), ("finish_at_rest", "no"), ("new_missions", 1)]
+)
+def test_rule_with_a_wrong_value_is_refused_by_name(name, value):
+    with pytest.raises(ValueError, match=name):
+        read(**{name: value})

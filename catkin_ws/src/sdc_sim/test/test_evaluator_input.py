@@ -20,7 +20,7 @@ from sdc_msgs.msg import (
     Waypoint,
 )
 
-from sdc_common.ros.odometry import GROUND_TRUTH
+from sdc_common.ros.odometry import GROUND_TRUTH, odometry_message
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.ros.evaluator_input import EvaluatorInput
 from sdc_testing import load_script
@@ -35,12 +35,8 @@ def with_route(**arguments):
     return evaluator_input
 
 
-def odometry_message(tick):
-    message = Odometry()
-    message.header.stamp.nsecs = 50_000_000 * tick
-    message.pose.pose.orientation.w = 1.0
-    message.twist.twist.linear.y = -3.0
-    return message
+def odometry_at(tick):
+    return odometry_message(rospy.Time(0, 50_000_000 * tick), (0.0, 0.0, 0.0), (0.0, -3.0, 0.0))
 
 
 def test_record_yaml_names_the_topics_of_the_referee_its_rules_and_those_of_viewers():
@@ -55,7 +51,7 @@ def test_record_yaml_names_the_topics_of_the_referee_its_rules_and_those_of_view
 def test_messages_become_a_drive():
     evaluator_input = with_route()
     evaluator_input.route(Path())
-    odometry = odometry_message(1)
+    odometry = odometry_at(1)
     assert evaluator_input.odometry(odometry)
     assert not evaluator_input.odometry(odometry)
     evaluator_input.local_path(LocalPath([Waypoint(0.0, 0.0, 4.0), Waypoint(1.0, 0.0, 9.0)]))
@@ -72,7 +68,7 @@ def test_messages_become_a_drive():
 def test_ackermann_targets_answer_ticks_unless_a_node_turns_them_into_commands(converted):
     evaluator_input = with_route()
     for tick in range(1, 5):
-        message = odometry_message(tick)
+        message = odometry_at(tick)
         evaluator_input.odometry(message)
         if converted:
             evaluator_input.command(CarlaVehicleControl(throttle=0.5, header=message.header))
@@ -87,7 +83,7 @@ def test_ackermann_targets_answer_ticks_unless_a_node_turns_them_into_commands(c
 @pytest.mark.parametrize("message_class", [CarlaVehicleControl, CarlaEgoVehicleControl])
 def test_commands_of_every_bridge_are_read_as_their_publisher_defines_them(message_class):
     evaluator_input = with_route()
-    odometry = odometry_message(1)
+    odometry = odometry_at(1)
     evaluator_input.odometry(odometry)
     buffer = io.BytesIO()
     message_class(throttle=0.5, steer=-0.25, header=odometry.header).serialize(buffer)
@@ -119,7 +115,7 @@ def test_path_and_obstacles_are_recorded_twice_a_second_without_numbers_that_are
     broken = Obstacle(id=10, kind="car")
     broken.pose.position.x = float("inf")
     for tick in range(1, 22):
-        odometry = odometry_message(tick)
+        odometry = odometry_at(tick)
         evaluator_input.odometry(odometry)
         path.waypoints[0].x = 0.01 * tick
         evaluator_input.local_path(path)
@@ -141,7 +137,7 @@ def test_replay_measures_by_the_ground_truth_that_its_bag_contains(tmp_path):
         path = Path([BaseWaypoint(float(x), 0.0) for x in range(11)])
         bag.write("/planner/mission_waypoints", path, rospy.Time(0, 1))
         for tick in range(1, 10):
-            odometry = odometry_message(tick)
+            odometry = odometry_at(tick)
             bag.write(GROUND_TRUTH, odometry, odometry.header.stamp)
             odometry.pose.pose.position.y = 1.0  # the estimate of the car
             bag.write("/carla/ego_vehicle/odometry", odometry, odometry.header.stamp)

@@ -1,7 +1,5 @@
 """The detector reports each crossed line once, by its kind, on the driven pass only."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

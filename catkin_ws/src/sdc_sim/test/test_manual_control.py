@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 import rospy
 from carla_msgs.msg import CarlaCollisionEvent, CarlaLaneInvasionEvent, CarlaWorldInfo
-from nav_msgs.msg import Odometry
 from sdc_msgs.msg import Obstacle, ObstacleArray
 
 from sdc_common.driving import Command
+from sdc_common.ros.odometry import odometry_message
 from sdc_sim.manual_control import hud
 from sdc_sim.manual_control.drive_state import DriveState
 from sdc_sim.manual_control.keyboard import KeyboardControl, KeyboardControlRates
 from sdc_sim.manual_control.map_view import MapView
-from sdc_sim.ros.message_conversion import quaternion_from_yaw
 
 RATES = KeyboardControlRates(
     throttle_per_s=2.0, brake_per_s=4.0, steer_per_s=0.5, steer_return_per_s=2.0, steer_limit=0.7
@@ -110,12 +109,7 @@ class Clock:
 
 
 def odometry(x=3.0):
-    message = Odometry()
-    message.header.stamp = rospy.Time(7)
-    message.pose.pose.position.x = x
-    message.pose.pose.orientation = quaternion_from_yaw(0.5)
-    message.twist.twist.linear.x = 6.0
-    return message
+    return odometry_message(rospy.Time(7), (x, 0.0, 0.5), (6.0, 0.0, 0.0))
 
 
 def test_panel_shows_the_newest_values_and_a_dash_for_unknown_ones():

@@ -1,7 +1,5 @@
 """Obstacles follow their plans, are added and removed, and never move into the vehicle."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """The start pose on the route, and the check of points and poses from RViz."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

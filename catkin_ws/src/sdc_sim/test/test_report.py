@@ -1,21 +1,106 @@
+"""The files of a report: written at once, and completed from the file of events."""
+
 import json
 import os
+import subprocess
 import time
 
 import pytest
 from referee_rules import TICK_NS, with_route
 
-from sdc_sim.report.writer import ReportError, open_report, write_pages, write_report
+from sdc_sim.report.writer import (
+    EVENTS,
+    ReportError,
+    companion,
+    complete_report,
+    is_complete,
+    open_report,
+    write_pages,
+    write_report,
+)
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+SCRIPT = os.path.join(HERE, "..", "scripts", "report.py")
+PARTS = ["report.csv", "report.html", "report.json", "report.png"]
+
+
+@pytest.fixture
+def path(tmp_path):
+    return str(tmp_path / "report.json")
+
+
+def driven(path="", ticks=100):
+    """Return the evaluator of a drive, whose events are in a file beside the path or in memory."""
+    evaluator = with_route(open_report(path) if path else None, 10)
+    evaluator.add("lights", TICK_NS, [(7, 0)])
+    for tick in range(1, ticks + 1):
+        speed = 2.0 if tick < 100 else 0.0
+        evaluator.add("odometry", tick * TICK_NS, tick * 0.1, 0.1, 0.0, speed, 0.01 * tick)
+        evaluator.add("command", tick * TICK_NS, 0.5, 0.0, -0.25)
+    evaluator.add("snapshot", 1.0, 20.0, "YSBwaWN0dXJl")
+    return evaluator
 
 
 @pytest.fixture
 def result():
-    evaluator = with_route(length_m=10)
-    for tick in range(101):
-        speed = 2.0 if tick < 100 else 0.0
-        evaluator.add("odometry", tick * TICK_NS, tick * 0.1, 0.1, 0.0, speed)
-        evaluator.add("command", tick * TICK_NS, 0.5, 0.0, -0.25)
-    return evaluator.result()
+    return driven().result()
+
+
+def completed(folder):
+    return subprocess.run(
+        [SCRIPT, str(folder)], capture_output=True, text=True, timeout=120.0, check=False
+    )
+
+
+@pytest.mark.slow(5)
+def test_report_of_a_killed_referee_covers_every_tick_until_then(path, tmp_path):
+    driven(path, ticks=60)
+    with open(companion(path, EVENTS), "ab") as file:
+        file.write(b'["odometry", 30500')  # the referee was killed while it wrote
+    done = completed(tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert sorted(os.listdir(tmp_path)) == PARTS
+    report = json.loads((tmp_path / "report.json").read_text())
+    assert (report["status"], report["ticks"], report["ticks_by_stamp"]) == ("aborted", 60, 60)
+    assert (report["referee_restarts"], report["world_restarts"]) == (0, 0)
+    write_report(str(tmp_path / "memory.json"), driven(ticks=60).result())
+    assert json.loads((tmp_path / "memory.json").read_text()) == report
+    assert (tmp_path / "memory.csv").read_bytes() == (tmp_path / "report.csv").read_bytes()
+    assert "data:image/jpeg" in (tmp_path / "report.html").read_text()
+    again = completed(tmp_path)
+    assert (again.returncode, "nothing is missing" in again.stdout) == (0, True)
+
+
+@pytest.mark.slow(3)
+def test_metrics_that_are_there_stay(path, tmp_path):
+    write_report(path, driven(path).result())
+    before = (tmp_path / "report.json").read_text()
+    complete_report(path)
+    assert (tmp_path / "report.json").read_text() == before
+    assert sorted(os.listdir(tmp_path)) == PARTS
+    assert "0.990" in (tmp_path / "report.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("events", "message"),
+    [(None, "No such file"), ("", "the drive has no route"), ("nonsense\n", "Expecting value")],
+)
+def test_report_without_usable_events_is_refused_in_one_line(tmp_path, events, message):
+    if events is not None:
+        (tmp_path / "report.events.jsonl").write_text(events)
+    done = completed(tmp_path)
+    assert done.returncode == 1
+    assert message in done.stderr
+    assert "report.events.jsonl" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_error_of_a_page_is_reported(path, tmp_path):
+    driven(path)
+    (tmp_path / "report.png").mkdir()
+    with pytest.raises(ReportError, match="the pages are not"):
+        complete_report(path)
+    assert not is_complete(path), "the next call can complete it"
 
 
 def test_report_holds_metrics_and_trace(tmp_path, result):
@@ -27,7 +112,7 @@ def test_report_holds_metrics_and_trace(tmp_path, result):
     with open(path, encoding="utf-8") as file:
         assert json.load(file)["status"] == "completed"
     rows = (tmp_path / "new" / "report.csv").read_text().splitlines()
-    assert len(rows) == 102
+    assert len(rows) == 101
     motion = "time_s,x_m,y_m,yaw_rad,speed_mps,s_m,cross_track_m,heading_error_rad"
     assert rows[0] == motion + ",throttle,brake,steer,reason"
     assert float(rows[-1].split(",")[1]) == result.progress.samples[-1].x_m

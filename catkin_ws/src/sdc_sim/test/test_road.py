@@ -6,7 +6,7 @@ from arcs import route
 
 from sdc_common.geometry.road_line import road_route
 from sdc_sim.road.road import Road
-from sdc_sim.road.road_markings import lane_points
+from sdc_sim.road.road_markings import lane_points, speed_colours
 
 LEFT_TURN = route(40, (4, np.pi / 2), 40)
 CROSSING = route(60, (15, 1.5 * np.pi), 60)
@@ -83,6 +83,15 @@ def test_noise_does_not_turn_the_road():
     road = Road(back_and_forth)
     assert np.abs(road.heading_rad).max() < 0.12
     assert np.ptp(lane_points(road, road.left_edge_m, along(road))[0][:, 1]) < 1.2
+
+
+def test_colours_of_a_path_run_from_red_over_yellow_to_green():
+    red, half, green, beyond = speed_colours([0.0, 5.0, 10.0, 30.0], 10.0)
+    assert red[0] > 0.8 > red[1]
+    assert half[0] > 0.8 and half[1] > 0.7
+    assert green[1] > 0.7 > green[0]
+    np.testing.assert_array_equal(green, beyond)
+    assert speed_colours([], 10.0).shape == (0, 3)
 
 
 LAPS = np.arange(31400) / 50.0

@@ -1,7 +1,5 @@
 """Tests of the scenario reader: valid files, and the one-line error of each mistake."""
 
-from __future__ import annotations
-
 import math
 import os
 from functools import partial

@@ -4,8 +4,6 @@ The tests named measured_* print what they measure:
 python3 -m pytest -rP -k measured test/test_vehicle.py
 """
 
-from __future__ import annotations
-
 import copy
 import csv
 import dataclasses

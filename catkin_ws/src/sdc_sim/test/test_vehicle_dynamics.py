@@ -1,16 +1,15 @@
-"""The forces of tyres and air at known states of a vehicle."""
-
-from __future__ import annotations
+"""The forces of tyres and air at known states of a vehicle, and their integration."""
 
 import math
 
+import numpy as np
 import pytest
-from presets import preset
+from presets import TESLA, preset
 
 from sdc_sim.physics.vehicle_dynamics import MotionConstants, derivatives, tyre_forces
+from sdc_sim.physics.vehicle_motion import integrate
 
 CAR = preset(front_axle_m=1.2, rear_axle_m=1.8)
-WEIGHT_N = 1845.0 * 9.81
 # Straight wheels, no forces of the driver.
 COASTING = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
@@ -39,3 +38,26 @@ def test_braking_takes_lateral_grip_by_the_friction_ellipse():
     assert along_n == -3000.0
     assert across_n == pytest.approx(0.8 * free_n)
     assert free_n < -2000.0
+
+
+@pytest.mark.parametrize(
+    ("speed_mps", "goals", "hand_brake", "reverse"),
+    [
+        *((14.0, (0.6, 0.0, 0.3), False, False), (14.0, (0.0, 0.4, -0.3), False, False)),
+        *((-4.0, (0.7, 0.0, 0.5), False, True), (9.0, (0.8, 0.0, 0.1), True, False)),
+    ],
+)
+def test_error_falls_with_the_square_of_the_step(speed_mps, goals, hand_brake, reverse):
+    """Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.1."""
+    travel = {"pedal_travel_s": 0.2, "steer_travel_s": 0.4, "load_transfer_time_s": 0.3}
+    car = MotionConstants(**{**vars(MotionConstants.of(TESLA, 1.0, 0.0)), **travel})
+    # The speed, and a load transfer of 1 m/s^2; the pedals and the wheels are at rest.
+    start = (0.0, 0.0, 0.0, speed_mps, *[0.0] * 8, 1.0)
+
+    def state_after(steps):
+        state = integrate(car, start, goals, hand_brake, reverse, 0.4 / steps, steps)
+        return np.array(state)[[0, 1, 2, 3, 4, 5, 12]]  # the others are means of a step
+
+    exact = state_after(6400)
+    ratios = (state_after(100) - exact) / (state_after(200) - exact)
+    assert np.all((ratios > 3.5) & (ratios < 4.5)), ratios

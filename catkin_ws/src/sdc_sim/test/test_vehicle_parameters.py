@@ -1,7 +1,5 @@
 """Presets of vehicles are read, and every wrong value is refused with its name and the fix."""
 
-from __future__ import annotations
-
 import os
 
 import pytest

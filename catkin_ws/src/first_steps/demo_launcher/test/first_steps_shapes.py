@@ -1,7 +1,5 @@
 """Routes for the tests, and a function that drives them without ROS."""
 
-from __future__ import annotations
-
 import math
 import tempfile
 from pathlib import Path

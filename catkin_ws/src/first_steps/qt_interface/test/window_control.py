@@ -1,7 +1,5 @@
 """A virtual display for tests of Qt windows."""
 
-from __future__ import annotations
-
 import contextlib
 
 from sdc_common.processes import wait_until
