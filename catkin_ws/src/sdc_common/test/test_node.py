@@ -4,6 +4,7 @@ import pytest
 import rospy
 from rosgraph import Master
 
+from sdc_common.processes import wait_until
 from sdc_common.ros import node, speed_reason_publisher
 
 
@@ -35,3 +36,15 @@ def test_first_path_is_awaited_without_a_warning(monkeypatch, warnings):
     monkeypatch.setattr(reasons, "_started_s", -100.0)
     reasons.timed_out("path", rospy.Time(1))
     assert len(warnings) == 1 and "no path, braking" in warnings[0]
+
+
+def test_function_is_called_periodically_although_the_master_does_not_respond(monkeypatch):
+    calls = []
+
+    def call():
+        calls.append(1)
+        raise OSError
+
+    monkeypatch.setattr(rospy, "is_shutdown", lambda: len(calls) == 3)
+    node.every(0.001, call)
+    wait_until(lambda: len(calls) == 3, 10.0, "three calls")

@@ -1,4 +1,4 @@
-"""The scripts of planner and controller without ROS: a silent planner, red lights."""
+"""The scripts of the nodes without ROS: bad messages and parameters, silence, red lights."""
 
 import math
 import os
@@ -13,17 +13,21 @@ from carla_msgs.msg import (
     CarlaTrafficLightStatus,
     CarlaTrafficLightStatusList,
 )
-from nav_msgs.msg import Odometry
+from cv_bridge import CvBridge
 from sdc_msgs.msg import SpeedReason
 from sdc_package.msg import BaseWaypoint, LocalPath, Path, Waypoint
+from sensor_msgs.msg import Image
 
 from sdc_common.planning.stop_line import GREEN, RED
+from sdc_common.ros import node as ros_node
 from sdc_common.ros import speed_reason_publisher
+from sdc_common.ros.odometry import odometry_message
 from sdc_testing import load_script
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 MISSION, PATH = "/planner/mission_waypoints", "/planner/local_waypoints"
 ODOMETRY = "/carla/ego_vehicle/odometry"
+PICTURES = "/carla/ego_vehicle/camera/rgb/front/image_color"
 
 
 class OfflineNode:
@@ -32,6 +36,8 @@ class OfflineNode:
     Attributes:
         receive: its callbacks by topic
         published: the messages that it published
+        latched: the topics of its latched publishers
+        timers: the functions that it calls periodically
         call: its services by name
         config: its parameters
         instance: the object of its class
@@ -42,6 +48,8 @@ class OfflineNode:
         self.instance = None
         self.receive = {}
         self.published = []
+        self.latched = set()
+        self.timers = []
         self.call = {}
         self.config = config
         self.reasons = []
@@ -55,10 +63,15 @@ class OfflineNode:
         self.receive[topic] = callback
 
     def advertise(self, topic, message_class, **options):
-        """Take the place of LoopPublisher."""
+        """Take the place of a publisher."""
+        self.latched |= {topic} if options.get("latch") else set()
         return self
 
-    def publish(self, message):
+    def get_num_connections(self):
+        """Take the place of the publisher's method."""
+        return 1
+
+    def publish(self, message, *_):
         """Take the place of the publisher's method."""
         if isinstance(message, SpeedReason):
             self.reasons.append((message.header.stamp.to_nsec(), message.reason))
@@ -75,20 +88,34 @@ def offline_node(monkeypatch):
 
     def build(name, class_name, **changes):
         script = load_script(os.path.join(HERE, "..", "scripts", name + ".py"))
-        with open(os.path.join(HERE, "..", "config", name + ".yaml"), encoding="utf-8") as file:
-            config = {**yaml.safe_load(file), **changes}
+        path, config = os.path.join(HERE, "..", "config", name + ".yaml"), {}
+        if os.path.exists(path):
+            with open(path, encoding="utf-8") as file:
+                config = yaml.safe_load(file)
+        config.update(changes)
         node = OfflineNode(config)
-        monkeypatch.setattr(
-            rospy, "get_param", lambda key, *default: config.get(key.lstrip("~"), *default)
-        )
+
+        def get_param(key, *default):
+            return config.get(key[1:], *default) if default else config[key[1:]]
+
+        monkeypatch.setattr(rospy, "get_param", get_param)
         monkeypatch.setattr(rospy, "init_node", lambda name: None)
         monkeypatch.setattr(rospy, "logwarn_throttle", lambda seconds, text: None)
-        monkeypatch.setattr(rospy, "loginfo", lambda text: None)
+        monkeypatch.setattr(rospy, "loginfo", lambda text, *values: None)
+        monkeypatch.setattr(rospy, "spin", lambda: None)
+        monkeypatch.setattr(rospy, "Publisher", node.advertise)
         monkeypatch.setattr(rospy, "Subscriber", node.subscribe)
         monkeypatch.setattr(rospy, "Service", node.serve)
-        monkeypatch.setattr(script, "refuse", refuse)
-        for module in (script, speed_reason_publisher):
-            monkeypatch.setattr(module, "LoopPublisher", node.advertise)
+        monkeypatch.setattr(ros_node, "refuse", refuse)
+        every = lambda seconds, call: node.timers.append(call)  # noqa: E731
+        for attribute, value in (
+            ("refuse", refuse),
+            ("LoopPublisher", node.advertise),
+            ("watch_connections", lambda: None),
+            ("every", every),
+        ):
+            monkeypatch.setattr(script, attribute, value, raising=False)
+        monkeypatch.setattr(speed_reason_publisher, "LoopPublisher", node.advertise)
         node.instance = getattr(script, class_name)()
         return node
 
@@ -96,13 +123,13 @@ def offline_node(monkeypatch):
 
 
 def odometry(tick, x, y, yaw, speed=5.0):
-    message = Odometry()
-    message.header.stamp = rospy.Time(0, 50_000_000 * tick)
-    message.pose.pose.position.x, message.pose.pose.position.y = x, y
-    message.pose.pose.orientation.z = math.sin(yaw / 2)
-    message.pose.pose.orientation.w = math.cos(yaw / 2)
-    message.twist.twist.linear.x = speed
-    return message
+    """Return an odometry whose twist is in the map frame, as that of the CARLA bridge 0.9.3."""
+    stamp = rospy.Time(0, 50_000_000 * tick)
+    return odometry_message(stamp, (x, y, yaw), (0.6 * speed, -0.8 * speed, 0.0))
+
+
+def straight_path(speed=5.0):
+    return LocalPath([Waypoint(float(x), 0.0, speed) for x in range(30)])
 
 
 def mission(points):
@@ -111,11 +138,10 @@ def mission(points):
 
 def test_reload_uses_a_new_gain_and_refuses_a_bad_one(offline_node):
     node = offline_node("simple_controller", "SimpleController")
-    path = LocalPath([Waypoint(float(x), 0.0, 5.0) for x in range(30)])
 
     def steer(tick):
         node.receive[ODOMETRY](odometry(tick, 2.0 + 0.25 * tick, 0.1, 0.0))
-        node.receive[PATH](path)
+        node.receive[PATH](straight_path())
         return node.published[-1].steer
 
     first = steer(1)
@@ -187,13 +213,88 @@ def test_planner_repeats_its_reason_after_a_silence_and_when_time_starts_again(o
     assert node.reasons == [(50_000_000 * tick, "cruise") for tick in (1, 8, 4)]
 
 
-def test_controller_without_odometry_publishes_that_it_brakes(offline_node):
+def test_controller_brakes_when_odometry_times_out_and_resumes(offline_node, monkeypatch):
     node = offline_node("simple_controller", "SimpleController")
+    node.instance.run()
+    (check,) = node.timers
     node.receive[ODOMETRY](odometry(1, 0.0, 0.0, 0.0))
-    node.receive[PATH](LocalPath([Waypoint(float(x), 0.0, 5.0) for x in range(9)]))
+    node.receive[PATH](straight_path())
     for time_s in (0.2, 0.5, 0.6):
-        node.instance.inputs.check(round(time_s * 1e9))
+        monkeypatch.setattr(rospy.Time, "now", lambda time_s=time_s: rospy.Time.from_sec(time_s))
+        check()
     assert node.reasons == [(50_000_000, "odometry_timeout")]
+    stops = [(one.throttle, one.brake, one.header.stamp.to_nsec()) for one in node.published[1:]]
+    assert stops == [(0.0, 0.5, 0)] * 2
+    for tick in range(13, 40):
+        node.receive[ODOMETRY](odometry(tick, 0.0, 0.0, 0.0, speed=0.0))
+        node.receive[PATH](straight_path())
+    assert node.published[-1].throttle > 0.3
+
+
+def test_controller_refuses_bad_messages_and_keeps_the_last_path(offline_node):
+    node = offline_node("simple_controller", "SimpleController")
+    for points in (
+        [],
+        [Waypoint(0.0, 0.0, 1.0)],
+        [Waypoint(math.nan, 0.0, 1.0), Waypoint(1.0, 0.0, 1.0)],
+        [Waypoint(0.0, 0.0, 1.0)] * 3,
+        [Waypoint(0.0, 0.0, -1.0), Waypoint(1.0, 0.0, -1.0)],
+    ):
+        node.receive[PATH](LocalPath(points))
+    node.receive[ODOMETRY](odometry(1, math.nan, 0.0, 0.0))
+    node.receive[ODOMETRY](odometry(2, 2.0, 1.0, 0.0))
+    assert node.published == []
+    node.receive[PATH](straight_path())
+    node.receive[PATH](LocalPath([]))
+    node.receive[ODOMETRY](odometry(20, 2.0, 1.0, 0.0))
+    assert len(node.published) == 2 and min(one.steer for one in node.published) > 0.05
+    assert "/carla/ego_vehicle/vehicle_control_cmd" in node.latched
+
+
+def test_planner_refuses_bad_messages_and_keeps_the_last_mission(offline_node):
+    node = offline_node("local_planner", "LocalPlannerNode")
+    node.receive[MISSION](mission([(float(x), 0.0) for x in range(61)]))
+    node.receive[MISSION](mission([(0.0, 0.0)]))
+    node.receive[MISSION](mission([(math.nan, 0.0), (1.0, 0.0)]))
+    bad = (math.nan, 0.0, 0.0), (0.0, math.inf, 0.0), (5.0, 0.0, math.nan), (5.0, 200.0, 0.0)
+    for tick, pose in enumerate((*bad, (30.0, 0.0, 0.0)), start=1):
+        node.receive[ODOMETRY](odometry(tick, *pose))
+    (path,) = node.published
+    assert path.waypoints[0].x == 30.0
+    assert PATH in node.latched
+
+
+@pytest.mark.parametrize(("encoding", "channels"), [("bgra8", 4), ("bgr8", 3), ("rgb8", 3)])
+def test_camera_publishes_the_mask_and_refuses_bad_pictures(offline_node, encoding, channels):
+    node = offline_node("camera", "Camera", show_window=False)
+    road = np.full((480, 640, channels), 90, np.uint8)
+    road[:, 300:310] = 255
+    picture = CvBridge().cv2_to_imgmsg(road, encoding)
+    picture.header.frame_id = "camera"
+    wrong = Image(height=480, width=640, step=2560, encoding="bgra8", data=b"short")
+    strange = Image(height=1, width=1, step=4, encoding="nonsense", data=b"1234")
+    for image in (Image(), wrong, strange, picture):
+        image._connection_header = {"topic": PICTURES}
+        node.receive[PICTURES](image)
+    answer, *_ = node.published
+    assert (answer.header.frame_id, answer.encoding) == ("camera", "mono8")
+    mask = CvBridge().imgmsg_to_cv2(answer)
+    assert mask.shape == (480, 640)
+    assert mask[400, 290:320].any() and not mask[400, :280].any()
+
+
+def test_mission_planner_publishes_its_file_and_refuses_a_bad_one(offline_node, tmp_path):
+    path = tmp_path / "route.csv"
+    path.write_text("0,0\n1.5,-2\n")
+    node = offline_node("mission_planner", "MissionPlanner", waypoints_path=str(path))
+    node.instance.run()
+    assert node.published == [mission([(0.0, 0.0), (1.5, 2.0)])]
+    assert node.latched == {MISSION}
+    path.write_text("0,0\n1,x\n")
+    with pytest.raises(ValueError, match=f"^{path}, row 2: y is 'x'"):
+        offline_node("mission_planner", "MissionPlanner", waypoints_path=str(path))
+    with pytest.raises(ValueError, match="waypoints_path is missing; start the node with its"):
+        offline_node("mission_planner", "MissionPlanner")
 
 
 def test_basic_control_answers_each_odometry_with_the_constant_command(offline_node):
