@@ -13,7 +13,9 @@ from opendrive_geometry import lane_centre_lines
 from scipy.spatial import cKDTree
 
 from sdc_common.geometry.road_line import sharpest_turn
+from sdc_common.geometry.route import Route
 from sdc_map import sumo_programs
+from sdc_map.crossings import crossings, places_along
 from sdc_map.joints import joint
 from sdc_map.lane_graph import LaneGraph, NoRouteError
 from sdc_map.mission import plan_mission
@@ -25,6 +27,8 @@ from sdc_map.network import (
     STOP,
     WALKING,
     YIELD,
+    Connection,
+    Junction,
     Network,
     RoadLane,
     edge_of,
@@ -248,6 +252,27 @@ def test_lanes_lead_on_over_a_direct_junction(tmp_path, name):
         "links of direct junctions between other lanes (1, the first: junction 9, lane -9 to -9)"
     )
     assert [*network.findings.lines()] == ([unlinked] if name == "exit" else [])
+
+
+def test_way_without_length_meets_another_one():
+    # As netconvert makes of a direct junction.
+    lines = {
+        "a": [(-30, 0), (-4, 0), (4, 0), (30, 0)],
+        "b": [(-30, -8), (4, 0), (4, 0)],
+    }
+    lanes = [
+        RoadLane(f"{name}{part}_0", np.array(ends, float), 3.5, 10.0, junction="j" * (part == 1))
+        for name, line in lines.items()
+        for part, ends in enumerate(zip(line, line[1:]))
+    ]
+    ways = [Connection(f"{name}0_0", (f"{name}1_0",), "a2_0", "s", (1,)) for name in lines]
+    junction = Junction("j", "priority", np.zeros((1, 2)), (*ways,))
+    network = Network("two", lanes, [junction])
+    route = Route(np.array([(x, 0.0) for x in range(-30, 31)]))
+    places = [*places_along(network, route)]
+    (crossing,) = crossings(network, route, places, route.s)
+    (conflict,) = crossing.conflicts
+    assert (conflict.is_first, conflict.merges, conflict.its_m) == (True, True, (0.0, 0.0))
 
 
 def test_traffic_drives_on_the_lines_of_the_network(tmp_path):

@@ -157,7 +157,8 @@ def _conflict(
     lanes, inside_m, points, s = {}, 0.0, [], []
     for name in way.through:
         lane = network.lanes[name]
-        at = np.arange(0.0, lane.length_m, _SAMPLE_M)
+        # A lane of a direct junction may have no length.
+        at = np.arange(0.0, max(lane.length_m, 1e-3), _SAMPLE_M)
         points.append(lane.at(at))
         s.append(inside_m + at)
         inside_m += lane.length_m
