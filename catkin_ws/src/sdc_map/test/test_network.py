@@ -257,15 +257,17 @@ def test_lanes_lead_on_over_a_direct_junction(tmp_path, name):
 def test_way_without_length_meets_another_one():
     # As netconvert makes of a direct junction.
     lines = {
-        "a": [(-30, 0), (-4, 0), (4, 0), (30, 0)],
-        "b": [(-30, -8), (4, 0), (4, 0)],
+        "a0": [(-30, 0), (-4, 0)],
+        "a1": [(-4, 0), (4, 0)],
+        "a2": [(4, 0), (30, 0)],
+        "b0": [(-30, -8), (3, -1)],
+        "b1": [(4, -1), (4, -1)],
     }
     lanes = [
-        RoadLane(f"{name}{part}_0", np.array(ends, float), 3.5, 10.0, junction="j" * (part == 1))
+        RoadLane(f"{name}_0", np.array(line, float), 3.5, 10.0, junction="j" * name.endswith("1"))
         for name, line in lines.items()
-        for part, ends in enumerate(zip(line, line[1:]))
     ]
-    ways = [Connection(f"{name}0_0", (f"{name}1_0",), "a2_0", "s", (1,)) for name in lines]
+    ways = [Connection(f"{name}0_0", (f"{name}1_0",), "a2_0", "s", (1,)) for name in "ab"]
     junction = Junction("j", "priority", np.zeros((1, 2)), (*ways,))
     network = Network("two", lanes, [junction])
     route = Route(np.array([(x, 0.0) for x in range(-30, 31)]))
@@ -273,6 +275,7 @@ def test_way_without_length_meets_another_one():
     (crossing,) = crossings(network, route, places, route.s)
     (conflict,) = crossing.conflicts
     assert (conflict.is_first, conflict.merges, conflict.its_m) == (True, True, (0.0, 0.0))
+    assert network.nearest(4.2, -1.0).cross_track_m == pytest.approx(-1.0, abs=0.1)
 
 
 def test_traffic_drives_on_the_lines_of_the_network(tmp_path):

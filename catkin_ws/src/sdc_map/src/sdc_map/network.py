@@ -222,14 +222,14 @@ class Network:
         self.stop_lines = tuple(self._stop_lines())
         if right_hand is not None:
             return  # It has the index of places.
-        samples = [lane.samples_m for lane in self.driving]
-        self._s_m = np.concatenate(samples)
-        self._lane = np.repeat(np.arange(len(samples)), [len(one) for one in samples])
-        places = [lane.at(s) for lane, s in zip(self.driving, samples)]
-        headings = [_heading(lane.points_m, lane.s_m, s) for lane, s in zip(self.driving, samples)]
+        # A lane without length, as in a direct junction, has no direction.
+        long = [(lane, lane.samples_m) for lane in self.driving if lane.length_m > 0.0]
+        self._s_m = np.concatenate([s for _, s in long])
+        self._lanes = [lane for lane, s in long for _ in s]
+        headings = [_heading(lane.points_m, lane.s_m, s) for lane, s in long]
         self._heading_rad = np.concatenate(headings)
-        self._z_m = np.concatenate([lane.height_at(s) for lane, s in zip(self.driving, samples)])
-        self._tree = cKDTree(np.vstack(places))
+        self._z_m = np.concatenate([lane.height_at(s) for lane, s in long])
+        self._tree = cKDTree(np.vstack([lane.at(s) for lane, s in long]))
 
     def clear_m(self, way: Connection, other: Connection) -> float:
         """Return the distance along a way through a junction after which it is clear of another."""
@@ -294,7 +294,7 @@ class Network:
             cost += _AGAINST_M * 0.5 * (1.0 - np.cos(self._heading_rad[rows] - yaw_rad))
         best = int(np.argmin(cost))
         row = int(rows[best])
-        lane, s_m = self.driving[self._lane[row]], float(self._s_m[row])
+        lane, s_m = self._lanes[row], float(self._s_m[row])
         place = lane.line.project(x_m, y_m, s_m, 2.0 * _SAMPLE_M, 2.0 * _SAMPLE_M)
         if place.distance_m + over_m[best] > within_m:
             return None
