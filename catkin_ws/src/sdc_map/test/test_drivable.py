@@ -99,6 +99,22 @@ def test_connections_that_no_car_can_drive_are_left_out(tmp_path):
         assert one.through[0] not in network.lanes[one.start].successors
 
 
+def lanes_of(lines, leads):
+    """Return lanes by their lines, those in junctions begin with ":", and where each leads."""
+    return [
+        RoadLane(
+            name,
+            np.array(line, float),
+            3.5,
+            10.0,
+            predecessors=tuple(one for one in lines if name in leads.get(one, ())),
+            successors=leads.get(name, ()),
+            junction=name[1:2] if name.startswith(":") else "",
+        )
+        for name, line in lines.items()
+    ]
+
+
 def test_connection_behind_a_fold_is_left_out_though_the_fold_begins_before_it():
     lines = {
         "north": [(-2, 80), (-2, 38)],
@@ -107,21 +123,32 @@ def test_connection_behind_a_fold_is_left_out_though_the_fold_begins_before_it()
         ":b_0": [(-4, -2.5), (-6.5, -1)],
         "west": [(-6.5, -1), (-50, -1)],
     }
-    names = ["", *lines, ""]
-    lanes = [
-        RoadLane(
-            name,
-            np.array(lines[name], float),
-            3.5,
-            10.0,
-            predecessors=(before,),
-            successors=(after,),
-            junction=name[1:2] if name.startswith(":") else "",
-        )
-        for before, name, after in zip(names, names[1:], names[2:])
-    ]
+    names = list(lines)
+    lanes = lanes_of(lines, {one: (other,) for one, other in zip(names, names[1:])})
     known = {lane.id: lane for lane in without_bends(lanes)[0]}
     assert known["short"].successors == ()
+
+
+def test_mission_avoids_a_bend_that_no_car_can_drive_where_another_way_exists():
+    angles = np.linspace(-np.pi / 2, np.pi / 2, 17)
+    lines = {
+        "out": [(0, 0), (50, 0)],
+        ":u_0": [(50, 0), (51, 1.5), (50, 3)],
+        "back": [(50, 3), (0, 3)],
+        ":w_0": [(50 + 20 * np.cos(a), 20 + 20 * np.sin(a)) for a in angles],
+        "wide": [(50, 40), (0, 40)],
+        ":e_0": [(0, 3), (-50, 20)],
+        ":f_0": [(0, 40), (-50, 20)],
+        "end": [(-50, 20), (-100, 20)],
+    }
+    leads = {"out": (":u_0", ":w_0"), ":u_0": ("back",), ":w_0": ("wide",), "back": (":e_0",)}
+    leads.update({"wide": (":f_0",), ":e_0": ("end",), ":f_0": ("end",)})
+    graph = LaneGraph(Network("test", lanes_of(lines, leads)))
+    mission = plan_mission(graph, [(-90, 20)], 5, 0)
+    assert "wide" in mission.lanes
+    assert_drivable(mission.points_m)
+    mission = plan_mission(graph, [(-90, 20)], 5, 0, closed={"wide"})
+    assert "back" in mission.lanes, "the only way stays"
 
 
 def way_over(*lines):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from dataclasses import dataclass, field
 from typing import AbstractSet, Iterator, Sequence
@@ -45,6 +46,8 @@ def plan_mission(
 ) -> Mission:
     """Return the fastest mission from a pose, at a height if it is known, to all goals, in order.
 
+    A connection with a bend that no car can drive on this way is avoided where another way exists.
+
     Raises:
         NoRouteError: the car is on no lane, or a goal cannot be reached
     """
@@ -71,7 +74,11 @@ def plan_mission(
         pieces += list(_pieces(graph.network, way, start.s_m, goal.s_m))
         ends.append(len(pieces))
         start = goal
-    points, limits, ends_m = _resampled(pieces, ends)
+    points, limits, ends_m, lost = _resampled(pieces, ends)
+    connections = [lane.id for lane in lost if lane.junction]
+    if connections:
+        with contextlib.suppress(NoRouteError):
+            return plan_mission(graph, goals, x_m, y_m, yaw_rad, {*closed, connections[0]}, z_m)
     return Mission(points, limits, tuple(lanes), ends_m, time_s)
 
 
@@ -93,8 +100,8 @@ def _spread(network: Network, way: list[str], closed: AbstractSet[str]) -> list[
 
 def _pieces(
     network: Network, way: Sequence[str], start_m: float, end_m: float
-) -> Iterator[tuple[np.ndarray, float]]:
-    """Return points and speed limit of each stretch of a way [m, m/s].
+) -> Iterator[tuple[np.ndarray, RoadLane]]:
+    """Return points and lane of each stretch of a way [m].
 
     A stretch of road with several lanes is shared between them.
     """
@@ -113,15 +120,14 @@ def _pieces(
             start = begin + window * (number - first) + min(_EARLY * window, length)
             yield _stretch(lane, at, start)
             at = start + min((1.0 - _EARLY) * window, length)
-            yield _change(lane, other, start, at), other.speed_limit_mps
+            yield _change(lane, other, start, at), other
         yield _stretch(lanes[last], at, end)
         first = last + 1
 
 
-def _stretch(lane: RoadLane, start: float, end: float) -> tuple[np.ndarray, float]:
-    """Return the points of a lane between shares of its length, and its speed limit [m, m/s]."""
-    start_m, end_m = start * lane.length_m, end * lane.length_m
-    return part_of(lane.points_m, lane.s_m, start_m, end_m), lane.speed_limit_mps
+def _stretch(lane: RoadLane, start: float, end: float) -> tuple[np.ndarray, RoadLane]:
+    """Return the points of a lane between shares of its length [m], and the lane."""
+    return part_of(lane.points_m, lane.s_m, start * lane.length_m, end * lane.length_m), lane
 
 
 def _change(lane: RoadLane, other: RoadLane, start: float, end: float) -> np.ndarray:
@@ -134,19 +140,21 @@ def _change(lane: RoadLane, other: RoadLane, start: float, end: float) -> np.nda
 
 
 def _resampled(
-    pieces: Sequence[tuple[np.ndarray, float]], ends: Sequence[int]
-) -> tuple[np.ndarray, np.ndarray, tuple[float, ...]]:
-    """Return points about 1 m apart along pieces of lines, with their limits, and goals along them.
+    pieces: Sequence[tuple[np.ndarray, RoadLane]], ends: Sequence[int]
+) -> tuple[np.ndarray, np.ndarray, tuple[float, ...], list[RoadLane]]:
+    """Return points about 1 m apart along pieces of lanes, with their limits, and goals along them.
 
     A goal is at the end of the pieces before one of the numbers `ends`. Where a car cannot drive
-    the pieces, the points are those of a curve beside them.
+    the pieces, the points are those of a curve beside them; also return the lanes without one.
     """
     points = np.vstack([part for part, _ in pieces])
-    limits = np.repeat([limit for _, limit in pieces], [len(part) for part, _ in pieces])
+    lengths = [len(part) for part, _ in pieces]
+    limits = np.repeat([lane.speed_limit_mps for _, lane in pieces], lengths)
     s = arc_lengths(points)
-    behind = np.cumsum([len(part) for part, _ in pieces])
+    behind = np.cumsum(lengths)
     ends_m = s[behind[np.array(ends) - 1] - 1]
     line = drivable_line(points, s[[*behind[:-1], *(behind[:-1] - 1)]])
+    lost = [pieces[np.searchsorted(s[behind - 1], at_m)][1] for at_m in line.lost_m]
     if line.points_m is not points:
         row = np.minimum(np.searchsorted(s, line.s_m, side="right") - 1, len(s) - 1)
         points, limits, s = line.points_m, limits[row], arc_lengths(line.points_m)
@@ -156,4 +164,4 @@ def _resampled(
     points, limits, s = points[kept], limits[kept], s[kept]
     at = np.linspace(0.0, s[-1], max(2, round(s[-1] / _STEP_M) + 1))
     here = np.minimum(np.searchsorted(s, at, side="right") - 1, len(s) - 1)
-    return interpolate(at, s, points), limits[here], tuple(ends_m.tolist())
+    return interpolate(at, s, points), limits[here], tuple(ends_m.tolist()), lost
