@@ -1,4 +1,4 @@
-"""An invalid parameter or file of the sim node is refused with one line that names it."""
+"""Parameters of the sim node take effect; an invalid one is refused with one line that names it."""
 
 import math
 import os
@@ -7,9 +7,12 @@ import pytest
 import rospy
 
 from sdc_common.configuration import node_config
+from sdc_common.driving import Command
+from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.ros import simulation_setup
 from sdc_sim.ros.simulation_setup import SimulationSetup
 from sdc_sim.scenario.packaged import folder_of
+from sdc_sim.sensors.errors import OdometryNoise
 
 TOWN = os.path.join(folder_of("route"), "waypoints.csv")
 GIVEN = {"vehicles_folder": folder_of("vehicle"), "waypoints_path": TOWN, "obstacles_path": ""}
@@ -39,6 +42,34 @@ def setup(monkeypatch):
 
 def test_packaged_parameters_are_accepted(setup):
     assert setup().simulation.snapshot.state.speed_mps == 0.0
+
+
+def test_noise_latencies_friction_wind_and_role_name_take_effect(setup):
+    noise = {"position_m": 0.4, "heading_rad": 0.0, "speed_mps": 0.0}
+    latencies = {"sensor_latency_s": 0.2, "command_latency_s": 0.25}
+    options = {"friction": 0.3, "side_wind_mps": 15.0, "seed": 5, "role_name": "hero"}
+    found = setup(odometry_noise=noise, **latencies, **options)
+    assert found.ego == "/carla/hero"
+    simulation, draws = found.simulation, OdometryNoise(5, 0.4)
+    for _ in range(20):
+        simulation.step()
+    seen = simulation.snapshot
+    assert seen.stamp_ns == (simulation.tick - 4) * 50_000_000
+    for _ in range(seen.stamp_ns // 50_000_000):
+        drawn = draws.apply(VehicleState())
+    assert (seen.measured.x_m, seen.measured.y_m) == pytest.approx((drawn.x_m, drawn.y_m))
+
+    while simulation.vehicle.state.speed_mps < 8.0:
+        simulation.step(Command(throttle=0.8))
+        assert simulation.tick < 400
+    assert abs(simulation.vehicle.state.yaw_rad) > 1e-3, "only the wind turns the car"
+    brakes, speeds_mps = [], []
+    for _ in range(30):
+        simulation.step(Command(brake=1.0))
+        brakes.append(simulation.commands.executed.brake)
+        speeds_mps.append(simulation.vehicle.state.speed_mps)
+    assert brakes[:6] == [0.0] * 5 + [1.0]
+    assert 1.0 < speeds_mps[9] - speeds_mps[-1] < 0.3 * 1.05 * 9.81 * 1.1
 
 
 @pytest.mark.parametrize(
