@@ -39,17 +39,10 @@ _NOT_WATCHED = (progress.NAME, f"{progress.NAME}.part", "__pycache__")
 
 
 def check(folder: Path, steps: list, show: Show, json_path: str = "", seed: str = "") -> int:
-    """Check some steps and show the answers.
+    """Check some steps of a workspace, show the answers, and return the exit status.
 
-    Args:
-        folder: the workspace
-        steps: the steps to check
-        show: where the answers are shown
-        json_path: file to which the answers are written, too; "": none
-        seed: the checks draw their arguments from it; "": a new one
-
-    Returns:
-        the exit status
+    The answers are also written to the file `json_path`, if it has a name. The checks draw their
+    arguments from the seed; "" is a new one.
     """
     student = Student(folder)
     with Stage(student, seed=seed) as stage:
@@ -147,11 +140,7 @@ def apply_solution(folder: Path, steps: list) -> None:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Run the command.
-
-    Returns:
-        the exit status: 0 all checked steps are right, 1 some are not, 2 bad command line
-    """
+    """Run the command; return 0 if all checked steps are right, 1 if not, 2 for bad words."""
     try:
         options = parse("workshop/check", arguments)
         place = Path(os.environ.get("PWD") or os.getcwd())

@@ -19,12 +19,7 @@ LEAGUES = ("control", "driving")
 def run(drives: int, place: Path) -> int:
     """Drive the driver of a workspace, print its score and place, and keep the best score.
 
-    Args:
-        drives: number of drives in each league, on the seeds 1, 2, 3, ...
-        place: a folder in the workspace
-
-    Returns:
-        the exit status: 0 when no drive had a problem
+    In each league it drives on the seeds 1, 2, 3, ... Return 0 when no drive had a problem.
 
     Raises:
         WorkspaceError: there is no workspace, or no driver in it

@@ -90,10 +90,8 @@ def default_lesson(folder: Path | None) -> str:
 def run(lesson: str, seed: str, place: Path) -> int:
     """Ask the questions of a lesson on standard input; return the exit status.
 
-    Args:
-        lesson: the name of the lesson; "": the lesson at which the student is
-        seed: the numbers and the order of choices are drawn from it; "": a new one
-        place: the result is kept in the workspace that contains this folder, if one does
+    Without names, the lesson is that at which the student is, and the seed a new one. The result is
+    kept in the workspace that contains the folder `place`, if one does.
     """
     try:
         folder: Path | None = find(place)

@@ -72,11 +72,7 @@ class Show:
     def end(self, steps: list, answers: dict, kept: dict, attempts: dict) -> None:
         """Print the progress bar, and details of the step to work on next.
 
-        Args:
-            steps: the steps that were checked
-            answers: answer of each step by its id
-            kept: last status of each step of the lesson by its id, also of those not checked now
-            attempts: number of attempts by step id, as progress.attempts returns them
+        By step id: the answers, what was kept of all steps of the lesson, and the attempts.
         """
         lesson = load_steps(steps[0].lab)
         everything = steps == lesson
@@ -154,12 +150,7 @@ class Show:
 
 
 def first_open(steps: list, statuses: dict) -> Step | None:
-    """Return the first wrong step; without one, the first that is not passed; else None.
-
-    Args:
-        steps: the steps
-        statuses: by step id
-    """
+    """Return the first wrong step; without one, the first that is not passed; else None."""
     for wanted in ((WRONG,), (UNFINISHED, WAITING, NOT_JUDGED)):
         for step in steps:
             if statuses.get(step.id) in wanted:

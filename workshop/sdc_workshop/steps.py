@@ -85,10 +85,7 @@ def find_steps(name: str) -> list:
 def chosen(names: Sequence[str], lab: str = WORKSHOP, optional: bool = False) -> list:
     """Return the steps that names mean, in order; without names, those of a lab.
 
-    Args:
-        names: ids, beginnings of ids, or ranges of them: "messages-7..messages-10"
-        lab: the lab of the workspace
-        optional: whether the optional steps are among those of the lab
+    Names are ids, beginnings of ids, or ranges of them: "messages-7..messages-10".
 
     Raises:
         StepError: there is no such step

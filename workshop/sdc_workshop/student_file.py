@@ -50,11 +50,7 @@ def encoding_of(data: bytes) -> str:
 
 
 def read(src: Path, file: str) -> str:
-    """Return the text of a file; its lines end with a line feed.
-
-    Args:
-        src: the src folder of a workspace
-        file: path of the file in it
+    """Return the text of a file in a src folder; its lines end with a line feed.
 
     Raises:
         FileError: it is no text in UTF-8, or an unfinished merge

@@ -72,11 +72,7 @@ def make(folder: Path, lab: str = WORKSHOP) -> None:
     """Create a student's workspace: the package with empty TODOs, and a link to the workshop.
 
     The workspace of a lab also contains the finished car. A workspace of the workshop keeps its own
-    car, and gets the package of the lab.
-
-    Args:
-        folder: a folder that does not exist yet, or is empty; for a lab, also a student's workspace
-        lab: the lab
+    car, and gets the package of the lab. Any other folder must be empty, or not exist yet.
 
     Raises:
         WorkspaceError: the folder is not empty, or lies in the project's own workspace

@@ -32,11 +32,7 @@ class Desktop:
     """An X server with a window manager, whose picture a page of noVNC shows.
 
     Other users of this machine have no access: the X server needs a cookie, the VNC server is a
-    socket in a private folder, and the page needs the token.
-
-    Args:
-        programs: what runs until the end of the desktop
-        folder: an empty private folder
+    socket in a private folder, and the page needs the token. `folder` is empty and private.
     """
 
     def __init__(self, programs: service.Programs, folder: Path):

@@ -31,11 +31,8 @@ _CONFIGURATION = Path(__file__).with_name("lab.yaml")
 def local_guide(cockpit: str, workspace: Path) -> Path:
     """Return the path of a guide, in the reader's language, with the real path of the project.
 
-    Its pages are beside the English ones, because their links are relative: "Workshop.md", ...
-
-    Args:
-        cockpit: URL of the cockpit, with the token
-        workspace: the student's, which has the results of the last check
+    Its pages are beside the English ones, because their links are relative: "Workshop.md", ... The
+    buttons open `cockpit`, a URL with the token, and the next step of the workspace.
     """
     first = languages.GUIDE[0]
     try:
@@ -71,12 +68,9 @@ def _buttons(cockpit: str, workspace: Path) -> str:
 
 
 def layout(root: Path, workspace: Path, guide: Path) -> str:
-    """Return JupyterLab's first layout, as JSON.
+    """Return JupyterLab's first layout, as JSON: the guide, and the files of the workspace.
 
-    Args:
-        root: folder that JupyterLab shows; it contains workspace and project
-        workspace: the workspace, or where the guide will create it
-        guide: the first page
+    JupyterLab shows the folder `root`, which contains both. The workspace may not exist yet.
     """
     text = json.dumps(yaml.safe_load(_CONFIGURATION.read_text(encoding="utf-8"))["layout"])
     files = workspace if workspace.is_dir() else workspace.parent
@@ -92,14 +86,10 @@ def write_configuration(
     given_token: str,
     proxied: Mapping[str, object],
 ) -> None:
-    """Write the files that JupyterLab reads from a folder of JUPYTER_CONFIG_PATH.
+    """Write the files that JupyterLab reads from `folder`, one of JUPYTER_CONFIG_PATH.
 
-    Args:
-        folder: where they are written
-        root: folder of JupyterLab's files
-        options: address and port
-        given_token: the token of its pages
-        proxied: the other servers, by the first part of their path
+    It shows the files in `root`. The options are address and port; `proxied` are the other servers
+    by the first part of their path.
     """
     values = yaml.safe_load(_CONFIGURATION.read_text(encoding="utf-8"))
     server = values["server"]

@@ -51,11 +51,7 @@ def url(address: str, port: int, path: str) -> str:
 
 
 class Programs:
-    """Programs that run until the end of the `with` block, or until this process is killed.
-
-    Args:
-        log: file for their output
-    """
+    """Programs that run until the end of the `with` block, or until this process is killed."""
 
     def __init__(self, log: Path) -> None:
         self._log = log

@@ -32,16 +32,7 @@ class NoAnswer(Exception):
 
 
 class Asked:
-    """A student's module in a process; the end of the `with` block ends it.
-
-    Args:
-        stage: where it runs
-        module: name of the module
-        environment: environment variables of the process
-
-    Attributes:
-        program: the process
-    """
+    """A student's module in a process, `program`; the end of the `with` block ends it."""
 
     def __init__(self, stage: Stage, module: str, environment: dict):
         self._stage, self._module = stage, module

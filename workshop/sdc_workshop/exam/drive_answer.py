@@ -89,15 +89,9 @@ def _first_wrong(report: Path, road: tuple) -> str:
 
 
 def drive_answer(stage: Stage, table: dict, second: bool = False) -> tuple:
-    """Drive the route.
+    """Drive as the entry `drive` of checks.yaml says; return the answer and the report, or None.
 
-    Args:
-        stage: where the car drives
-        table: how it drives, the entry `drive` of checks.yaml
-        second: whether this is the second drive of a grade, on a road that the secret draws
-
-    Returns:
-        the answer, and the referee's report as a dictionary, or None without one
+    The second drive of a grade is on a road that the secret draws.
     """
     path = stage.hidden / ("unknown" if second else "report") / "report.json"
     stage.forget_build()

@@ -63,14 +63,10 @@ def check_of(step: Step) -> RegionCheck | None:
 
 
 class Examination:
-    """Checks steps, and keeps their answers.
+    """Checks steps of a student, and keeps their answers by step id.
 
-    Attributes:
-        student: the workspace
-        stage: where its programs run
-        answers: the answers by step id
-        report: the referee's report of the last step, or None
-        drive_anyway: whether the car also drives when some steps are wrong
+    `report` is the referee's of the last step, or None. With `drive_anyway`, the car also drives
+    when some steps are wrong.
     """
 
     def __init__(self, student: Student, stage: Stage, drive_anyway: bool = False):
@@ -87,16 +83,15 @@ class Examination:
         stop_at_first: bool = False,
         on_begin: Callable[[Step, str], object] = lambda step, waits_for: None,
     ) -> dict:
-        """Check some steps. Steps of one file are checked together, where possible in one run.
+        """Check some steps, and return the answers by step id.
+
+        Steps of one file are checked together, where possible in one run.
 
         Args:
             steps: the steps
             on_answer: called with each step and its answer, in order, as soon as it is known
             stop_at_first: stop after the first step that is not passed
             on_begin: called with each step before it is checked, and what takes long, for people
-
-        Returns:
-            the answers by step id
         """
         reported = 0
         for step in steps:

@@ -138,13 +138,7 @@ def _trials(text: str, todo: str, module: str, *known: Any) -> Iterator[tuple]:
 
 
 class _Trial:
-    """Runs a changed function in the place of the solution's.
-
-    Args:
-        function: the function of the solution
-        node: its definition, which the caller changes
-        results, got, same: see `sentence`
-    """
+    """Runs a changed function in the place of the solution's: the caller changes its `node`."""
 
     def __init__(
         self, function: FunctionType, node: ast.AST, results: Results, got: list, same: Callable

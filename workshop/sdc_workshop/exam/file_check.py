@@ -48,12 +48,7 @@ _BIN, _BIN_VALUE = "${CATKIN_PACKAGE_BIN_DESTINATION}", "<bin>"
 
 
 class FileCheck(RegionCheck):
-    """Checks a launch file, package.xml or CMakeLists.txt.
-
-    Args:
-        file: relative to the src folder
-        table: its entry of checks.yaml
-    """
+    """Checks a launch file, package.xml or CMakeLists.txt, by its entry of checks.yaml."""
 
     def __init__(self, file: str, table: dict):
         self.file = file
@@ -188,15 +183,10 @@ class FileCheck(RegionCheck):
 
 
 def configuration_error(stage: Stage, text: str | None = None) -> tuple:
-    """Return the first error of CMake when it configures the package as catkin_make does.
+    """Return the first error of CMake when it configures a copy of the student's package, or "".
 
-    Args:
-        stage: with the student's workspace, whose package is copied
-        text: replaces CMakeLists.txt, among the messages, programs and package.xml of the solution;
-            None: all files are the student's
-
-    Returns:
-        the error, "" without one, and its line in CMakeLists.txt or None
+    A text replaces CMakeLists.txt, among the messages, programs and package.xml of the solution.
+    Also return the line of the error in CMakeLists.txt, or None.
     """
     source = stage.folder / "cmake" / PACKAGE
     shutil.rmtree(source, ignore_errors=True)
@@ -345,10 +335,7 @@ def _cmake_error(output: str, path: Path) -> Problem:
 def message_answer(name: str, hint: str, student: Student) -> Answer:
     """Check a message file: its fields must be those of the solution.
 
-    Args:
-        name: name of the message
-        hint: hint for a file that is not written yet
-        student: the workspace
+    The hint is for a file that is not written yet.
     """
     file = f"{PACKAGE}/msg/{name}.msg"
     try:

@@ -79,10 +79,7 @@ def hello_answer(student: Student, stage: Stage) -> Answer:
 def interpreter_problem(text: str, names: Sequence[str], example: str) -> Problem | None:
     """Return what is wrong with the first line of a program, or None.
 
-    Args:
-        text: the program
-        names: interpreters that are right
-        example: a right first line
+    It must name one of these interpreters, such as the example does.
     """
     first = text.split("\n", 1)[0]
     texts = {"example": example, "first": first or "an empty line"}

@@ -40,12 +40,7 @@ _ERRORS = (
 
 
 class LibraryCheck(RegionCheck):
-    """Checks a module of a library.
-
-    Args:
-        file: the module, relative to the src folder
-        table: its entry of checks.yaml
-    """
+    """Checks a module of a library, by its entry of checks.yaml."""
 
     def __init__(self, file: str, table: dict):
         self.file = file
@@ -81,9 +76,7 @@ class LibraryCheck(RegionCheck):
     ) -> tuple[list, Problem | None]:
         """Return what is wrong first in each TODO, and why the calls end before the last, or None.
 
-        Returns:
-            list of (problem, whether its hint is sure, results by the number of their row); and a
-            problem
+        Each is (problem, whether its hint is sure, results by the number of their row).
         """
         wrong: dict = {}
         results: dict = {}

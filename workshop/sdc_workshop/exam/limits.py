@@ -27,10 +27,7 @@ def control_groups(groups: Path = _GROUPS) -> Iterator[tuple]:
     """Yield the control groups of a check and of the programs in it; None without the right.
 
     Each is the path of a group, or two with ":" between: version 1 of the kernel's interface has
-    groups of their own for the processor.
-
-    Args:
-        groups: where the kernel shows them
+    groups of their own for the processor. The kernel shows them in the folder `groups`.
     """
     memory = _made(groups, "memory")
     both = memory and not has_share(str(memory / "check"))

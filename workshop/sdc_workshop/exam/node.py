@@ -27,13 +27,7 @@ _ANSWERS = 8
 def running_node(
     stage: Stage, variant: Variant, parameters: dict, **environment: str
 ) -> Iterator[Node]:
-    """Run the node that a variant of its file is.
-
-    Args:
-        stage: where it runs
-        variant: a variant of scripts/NAME.py
-        parameters: replace parameters of the student's config/NAME.yaml
-        environment: further environment variables
+    """Run a variant of scripts/NAME.py, with parameters that replace those of config/NAME.yaml.
 
     Raises:
         NotBuilt: see Student.environment
@@ -54,12 +48,7 @@ def running_node(
 
 
 class Received:
-    """The messages received on a topic, in order.
-
-    Attributes:
-        messages: the messages
-        subscriber: the subscriber of the check
-    """
+    """The messages that a subscriber of the check has received on a topic, in order."""
 
     def __init__(self, topic: str, message_class: type):
         import rospy
@@ -168,12 +157,7 @@ class Node:
         return how
 
     def delays_s(self, send: Callable[[], object], received: list) -> list:
-        """Send messages, each after the answer to the last; return `waited_s` of each.
-
-        Args:
-            send: sends a message
-            received: the answers, to which another one is added
-        """
+        """Send messages, each when the last one is answered; return `waited_s` of each."""
         delays: list = []
         for count in range(len(received), len(received) + _ANSWERS):
             self.send_until(send, lambda count=count: len(received) > count)  # type: ignore[misc]

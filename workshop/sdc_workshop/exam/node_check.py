@@ -25,11 +25,10 @@ _PROMPT_S, _PROMPT_ANSWERS = 0.1, 3
 
 
 class NodeCheck(RegionCheck):
-    """Checks a script that is a node.
+    """Checks a script that is a node, by its entry of checks.yaml.
 
-    Args:
-        table: its entry of checks.yaml: `refused` and `silent` are rows about a node that logs a
-            warning or publishes nothing; the first row about a judged region counts
+    There `refused` and `silent` are rows about a node that logs a warning or publishes nothing; the
+    first row about a judged region counts.
     """
 
     init_todo: str  # the region that names the node
@@ -80,10 +79,7 @@ class NodeCheck(RegionCheck):
     def start_problem(self, node: Node, how: str, variant: Variant) -> Problem | None:
         """Return why a node did not get ready, or None where that is unknown.
 
-        Args:
-            node: the node
-            how: result of Program.wait_until
-            variant: its file
+        `how` is the result of Program.wait_until.
         """
         found = self.crash_problem(node, variant)
         if found is not None:
@@ -119,15 +115,7 @@ class NodeCheck(RegionCheck):
     def topic_problem(
         self, node: Node, does: str, topic: str, kind: str, todo: str
     ) -> Problem | None:
-        """Return why the node does not publish, or subscribe to, a topic of this type, or None.
-
-        Args:
-            node: the node
-            does: "publishes" or "subscribes"
-            topic: the topic
-            kind: its type
-            todo: the region that connects it
-        """
+        """Return why the node does not use a topic as a row of `topics` says, or None."""
         got = getattr(node, does)(topic)
         if does == "publishes":
             got = got or node.seen_types.get(topic)

@@ -298,19 +298,13 @@ def _route(random: Random) -> list:
 
 
 class Scene:
-    """A car on the route, with an obstacle or a red light ahead of it.
-
-    Args:
-        stage: with the configuration of the planner
-        random: decides about the route, and where exactly the car is
-        s_m: distance of the car along the route [m]
-        text: what there is, for people
+    """A car near s_m [m] on the route, with an obstacle or a red light ahead of it.
 
     Attributes:
         mission: the points of the route
         wanted: the rows of the solution
         lights: the message of the traffic lights
-        text: see above
+        text: what there is, for people
 
     Raises:
         TypeError, ValueError, KeyError: the planner refuses its configuration
@@ -442,8 +436,7 @@ def is_explained(plan: Callable[[Any], list], argument: object, got: list | str)
 def mistake_in_rows(explains: Callable[[Callable[[list], list]], bool]) -> str:
     """Return the hint of the only row of row_mistakes.yaml that explains what was received, or "".
 
-    Args:
-        explains: returns whether rows with a change are what was received; it gets the change
+    `explains` gets a change, and returns whether rows with it are what was received.
     """
 
     def changed(expression: str) -> Callable[[list], list]:
@@ -465,14 +458,7 @@ def mistake_in_rows(explains: Callable[[Callable[[list], list]], bool]) -> str:
 
 
 def rows_problem(got: list, wanted: list, what: str, columns: str = "x, y") -> Problem | None:
-    """Return what is wrong with rows of numbers, or None.
-
-    Args:
-        got: rows x, y, and perhaps v
-        wanted: the right rows
-        what: what the rows are, for the message
-        columns: names of the columns, for the message
-    """
+    """Return what is wrong with rows of numbers, or None; the texts name the rows for people."""
     if _equal(got, wanted):
         return None
     first = next((i for i, (a, b) in enumerate(zip(got, wanted)) if not _equal([a], [b])), len(got))

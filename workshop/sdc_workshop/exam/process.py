@@ -183,8 +183,7 @@ class Program:
     def activity(self, of_all: bool = False) -> tuple:
         """Return its CPU time [s], and whether it runs or waits for a processor or a disk.
 
-        Args:
-            of_all: of all processes that it has started, too
+        With `of_all`, also of the processes that it has started.
         """
         total_s, running = 0.0, False
         with contextlib.suppress(psutil.Error):

@@ -39,23 +39,14 @@ def unreadable(error: FileError, file: str) -> Answer:
 
 
 class RegionCheck:
-    """Checks the regions of one file.
+    """Checks the regions of one file."""
 
-    Attributes:
-        file: path relative to the src folder
-        todos: numbers of the regions that it checks
-        left_empty: regions of later steps, which stay as in the template
-        needs: messages whose classes must be built before any of these regions can run
-        needs_build: whether the workspace must be built
-        waits_for: what takes longer than reading the file, for people
-    """
-
-    file: str
-    todos: tuple
-    left_empty: tuple = ()
-    needs: tuple = ()
-    needs_build = True
-    waits_for = ""
+    file: str  # path relative to the src folder
+    todos: tuple  # numbers of the regions that it checks
+    left_empty: tuple = ()  # regions of later steps, which stay as in the template
+    needs: tuple = ()  # messages whose classes must be built before any of these regions can run
+    needs_build = True  # whether the workspace must be built
+    waits_for = ""  # what takes longer than reading the file, for people
 
     def problems(self, variant: Variant, stage: Stage) -> list:
         """Return what is wrong with a variant of the file, the most useful problem first.

@@ -64,12 +64,8 @@ def outer_command(
 ) -> list:
     """Return the command line that runs the check of one workspace.
 
-    Args:
-        command: the check
-        result: folder of the results, which can be written
-        temporary: folder of the copy of the workspace, which can be written
-        sized: empty folders in it of limited size
-        group: control group of the student's programs, which the check puts them into, or ""
+    It can write into the folder of the results, into that of the copy of the workspace, and into
+    empty folders in it of limited size. It puts the student's programs into the control group.
     """
     return [
         *system(),
@@ -148,14 +144,10 @@ class Sandbox:
         building: bool = False,
         replaced: dict | None = None,
     ) -> list:
-        """Return the command line of a program.
+        """Return the command line of a program, which can read the folder of the check.
 
-        Args:
-            command: the program and its arguments
-            environment: all its environment variables
-            folder: folder of the check, which the program can read
-            building: whether it may write the folders build and devel of the workspace
-            replaced: files that it sees in the place of others, by their paths
+        With `building`, it may write the folders build and devel of the workspace. `replaced` are
+        files that it sees in the place of others, by their paths.
         """
         scratch, forbidden = self.scratch(folder), self.workspace.parent / "forbidden.bpf"
         if not forbidden.exists():

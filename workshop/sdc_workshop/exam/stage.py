@@ -185,8 +185,7 @@ class Stage:
     def build(self, variant: Variant) -> tuple:
         """Write a variant of a Python file to disk, with a library in which all else is solved.
 
-        Returns:
-            the path of the file, and the PYTHONPATH that finds the library
+        Return the path of the file, and the PYTHONPATH that finds the library.
         """
         # The other TODOs are solved there: no program sees what an earlier one needed.
         self.forget_build()
@@ -234,13 +233,7 @@ class Stage:
         return self.start(command, self.environment(**environment))
 
     def start(self, command: Sequence[object], environment: dict, **options: Any) -> Program:
-        """Start a command that the student decides about, with only these environment variables.
-
-        Args:
-            command: the program and its arguments
-            environment: its environment variables
-            options: see Sandbox.program
-        """
+        """Start a command that the student decides about, with only these environment variables."""
         if self.sandbox is None:
             return Program(command, environment, self.folder, **options)
         return self.sandbox.program(command, environment, self.folder, **options)
@@ -254,11 +247,7 @@ class Stage:
         return found
 
     def state(self) -> tuple:
-        """Return what the master knows, without this process.
-
-        Returns:
-            publishing nodes by topic, subscribing nodes by topic, and types by topic
-        """
+        """Return publishing nodes, subscribing nodes and types by topic, without this process."""
         handler = self.master.handler
         _, _, (publishers, subscribers, _) = handler.getSystemState(NAME)
 

@@ -24,13 +24,7 @@ class NotBuilt(Exception):
 
 
 class Student:
-    """The workspace in a folder.
-
-    Attributes:
-        folder: the workspace
-        src: its src folder
-        run: starts a command with its environment variables, in a sandbox
-    """
+    """The workspace in a folder; `run` starts a command with its environment variables."""
 
     def __init__(self, folder: Path):
         self.folder = folder

@@ -45,13 +45,10 @@ class Variant:
 def make(
     name: str, student_text: str, judged: Sequence[str], left_empty: Sequence[str] = ()
 ) -> Variant:
-    """Return a variant of a student's file.
+    """Return a variant of a student's file, whose path is relative to the src folder.
 
-    Args:
-        name: path relative to the src folder of the workspace
-        student_text: text of the student's file
-        judged: regions that keep the student's lines
-        left_empty: regions that get the template's lines; all others get the solution's
+    The regions `judged` keep the student's lines, those `left_empty` get the template's, and all
+    others get the solution's.
 
     Raises:
         RegionError: TODO lines and rules do not match

@@ -46,12 +46,9 @@ _MISSING = re.compile(
 
 
 class Watch(threading.Thread):
-    """Ends a program that uses too much; at its end, names what it tried.
+    """Ends a program, which is bwrap, that uses too much; at its end, names what it tried.
 
-    Args:
-        program: the program, which is bwrap
-        scratch: the folder that it can write
-        report: receives a sentence about each event, and the path that it is about, or ""
+    `report` receives a sentence about each event, and the path that it is about, or "".
     """
 
     def __init__(self, program: Program, scratch: Path, report: Callable[[str, str], None]):
@@ -116,11 +113,7 @@ class Watch(threading.Thread):
 
 
 def traces(output: str) -> dict:
-    """Return what the output of a program shows of the sandbox's limits.
-
-    Returns:
-        sentences, each with the path that it is about, or ""
-    """
+    """Return sentences about limits in the output of a program, each with its path, or ""."""
     found = {text: "" for pattern, text in _TRACES if re.search(pattern, output, re.MULTILINE)}
     for match in _MISSING.finditer(output):
         path = match[1] or match[2]

@@ -21,13 +21,7 @@ _TOKEN = "grading_{}.token"
 def grade_on_cluster(
     scheduler: str, jobs: Sequence, output: Path, sandboxed: bool
 ) -> Iterator[Grade]:
-    """Grade workspaces and yield each grade as soon as it is known.
-
-    Args:
-        scheduler: address tcp://HOST:PORT of the cluster
-        jobs: (name, workspace, Conditions) of each student
-        output: folder of the summary
-        sandboxed: whether the students' programs run in a sandbox
+    """Grade the jobs (name, workspace, Conditions); yield each grade as soon as it is known.
 
     Raises:
         ClusterError: the cluster cannot grade; the message is one line with the fix
@@ -54,12 +48,7 @@ def grade_on_cluster(
 
 
 def worker_problem(token: str, sandboxed: bool) -> str:
-    """Return why this process cannot grade, or "".
-
-    Args:
-        token: a file in the folder of the summary, which no other folder has
-        sandboxed: whether the students' programs run in a sandbox
-    """
+    """Return why this process cannot grade, or ""; the token is in the folder of the summary."""
     output = Path(token).parent
     if not Path(token).is_file():
         return (
@@ -79,15 +68,7 @@ def worker_problem(token: str, sandboxed: bool) -> str:
 def grade_as_task(
     name: str, folder: str, exists: bool, token: str, conditions: Conditions
 ) -> Grade:
-    """Grade one workspace on a worker.
-
-    Args:
-        name: name of the student
-        folder: the workspace
-        exists: whether the command that grades sees the folder
-        token: see `worker_problem`
-        conditions: how the student's programs run
-    """
+    """Grade a student's workspace on a worker; `exists` if the command that grades sees it."""
     problem = worker_problem(token, conditions.user_id is not None)
     if not problem and exists and not Path(folder).exists():
         problem = f"the worker does not see {folder}; put it into a folder that all workers share"

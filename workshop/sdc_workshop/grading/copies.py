@@ -36,12 +36,7 @@ class Copy(NamedTuple):
 
 
 def written_tokens(src: Path, lab: str = WORKSHOP) -> list:
-    """Return the tokens that a student has written; all names are one token.
-
-    Args:
-        src: the src folder of a workspace
-        lab: the lab, or WORKSHOP
-    """
+    """Return the tokens that a student has written in a src folder; all names are one token."""
     known = set(package_files(lab))
     names = [str(path.relative_to(src)) for path in (src / package_of(lab)).rglob("*")]
     # First the files that every student has: others must not push them out.
@@ -64,12 +59,7 @@ def _words(src: Path, name: str, lab: str) -> Iterator[str]:
 
 
 def copies(tokens: dict, lab: str = WORKSHOP) -> list:
-    """Return each pair of students, most suspicious first.
-
-    Args:
-        tokens: the written tokens by the name of the student
-        lab: the lab, or WORKSHOP
-    """
+    """Return each pair of students, most suspicious first, from their tokens by their names."""
     known = _runs(written_tokens(solution(package_of(lab)).parent, lab))
     runs = {name: _runs(words) for name, words in tokens.items() if len(words) >= _RUN}
     own = {name: ~_covered(found, known) for name, found in runs.items()}

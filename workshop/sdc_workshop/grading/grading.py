@@ -105,13 +105,9 @@ class Conditions:
 
 
 def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grade:
-    """Grade one workspace, without changing it; return an earlier grade of the same files.
+    """Grade what a student has handed in, without changing it; `result` is for logs and answers.
 
-    Args:
-        name: name of the student
-        folder: what the student has handed in
-        result: folder for logs, answers and report
-        conditions: how its programs run
+    Return the earlier grade of the same files, if there is one.
     """
     found = Grade(name, folder, lab=conditions.lab)
     result.mkdir(parents=True, exist_ok=True)

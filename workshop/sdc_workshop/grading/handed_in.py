@@ -35,10 +35,8 @@ class HandedInError(ValueError):
 def submissions(folders: Iterable[Path], output: Path, lab: str = WORKSHOP) -> list:
     """Return what each student has handed in, as absolute paths without duplicates.
 
-    Args:
-        folders: folders or zips of students, or folders of a class that contain these
-        output: folder of the summary, which is no student's
-        lab: the lab, or WORKSHOP
+    A folder, or a zip, is of a student, or a folder of a class contains these. `output`, with the
+    summary, is no student's.
     """
     name, found = package_of(lab), []
     for folder in (Path(os.path.normpath(folder.absolute())) for folder in folders):
@@ -51,12 +49,7 @@ def submissions(folders: Iterable[Path], output: Path, lab: str = WORKSHOP) -> l
 
 
 def names(paths: list, taken: Iterable[str] = ()) -> dict:
-    """Return a unique name for each path: the last parts of it, as few as possible.
-
-    Args:
-        paths: what the students have handed in
-        taken: names that are in use for something else
-    """
+    """Return a unique name, none of `taken`, for each path: the last parts, as few as possible."""
     parts = {path: (*path.parts[1:-1], lms_columns(path)[0]) for path in paths}
     found: dict = {}
     for path, own in parts.items():
@@ -81,12 +74,9 @@ def lms_columns(path: Path) -> tuple[str, dict]:
 
 
 def find_package(handed_in: Path, temporary: Path, lab: str = WORKSHOP) -> tuple[Path, Path]:
-    """Return a student's package, and the folder that links in it must not leave.
+    """Return the package in a folder or a zip, and the folder that links in it must not leave.
 
-    Args:
-        handed_in: a folder or a zip
-        temporary: folder that does not exist, into which a zip is unpacked
-        lab: the lab, or WORKSHOP
+    A zip is unpacked into `temporary`, which does not exist yet.
 
     Raises:
         HandedInError: there is no package, or more than one; or a zip is not safe

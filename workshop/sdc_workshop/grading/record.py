@@ -31,11 +31,7 @@ def printable(text: str) -> str:
 
 
 class Record:
-    """Writes files into the folder of the results, which no program of a student can write.
-
-    Attributes:
-        result: the folder
-    """
+    """Writes files into the folder `result`, which no program of a student can write."""
 
     def __init__(self, result: Path):
         self.result = result
@@ -56,12 +52,7 @@ class Record:
             write_json(self.result / STATE, self._state)
 
     def contained(self, text: str, path: str = "") -> None:
-        """Record what the sandbox has kept a program from.
-
-        Args:
-            text: a sentence
-            path: the file that it is about, or ""
-        """
+        """Record what the sandbox has kept a program from, and the file that it is about, or ""."""
         with self._lock:
             step, events = self._state["step"], self._state["contained"]
             event = [step, text, path]

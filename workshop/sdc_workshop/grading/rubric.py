@@ -29,9 +29,7 @@ class Mark(NamedTuple):
 def load_rubric(path: Path = PACKAGED, students: Iterable[str] = ()) -> dict:
     """Return a rubric, completed by the packaged one.
 
-    Args:
-        path: the file
-        students: names of the students, one of which each name in late.days must be
+    Each name in late.days must be one of the students.
 
     Raises:
         DocumentError: the file cannot be read, or a line is wrong

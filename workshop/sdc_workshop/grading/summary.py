@@ -102,14 +102,7 @@ def write_csv(path: Path, rows: list, lab: str = WORKSHOP) -> None:
 
 
 def write_pages(output: Path, rows: list, pairs: list, lab: str = WORKSHOP) -> None:
-    """Write grades.html, and into each student's folder page.html and results.json.
-
-    Args:
-        output: folder of the summary
-        rows: see ranked
-        pairs: see copies
-        lab: the lab, or WORKSHOP
-    """
+    """Write grades.html, and into each student's folder page.html and results.json."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader([Path(__file__).parent, PAGE_STYLE]),
         autoescape=lambda name: name is None or ".json" not in name,

@@ -149,17 +149,9 @@ def controller_answer(
 ) -> list | None:
     """Return throttle, steer and brake of a car beside a path, after some ticks.
 
-    The jerk limit allows so small a change of the acceleration that it takes these ticks.
-
-    Args:
-        x: position [m]
-        y: position [m]
-        yaw: heading in the end [rad]
-        speed: speed [m/s]
-        rows: the path, see `path_with`
-        parameters: parameters of the controller; None: those of the solution
-        yaw_rate: how the heading changes [rad/s]
-        method: steering method
+    The jerk limit allows so small a change of the acceleration that it takes these ticks. The car
+    is at x, y [m] with a speed [m/s]; its heading becomes yaw [rad] with the yaw rate [rad/s]. See
+    `path_with` for the rows. Without parameters of the controller, those of the solution count.
     """
     from sdc_common.driving import Observation
     from sdc_package.controller import Controller
@@ -215,13 +207,9 @@ def evaluate(expression: str, names: dict) -> object:
 
 
 class Names(dict):
-    """Names that expressions use; what is given is evaluated when it is used first.
+    """Names that expressions use; what is given is evaluated when it is used first."""
 
-    Attributes:
-        given: expressions by their name
-    """
-
-    given: dict = {}
+    given: dict = {}  # expressions by their name
 
     def __missing__(self, name: str) -> object:
         if name not in self.given:

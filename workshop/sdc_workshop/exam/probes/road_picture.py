@@ -6,12 +6,7 @@ import numpy as np
 def road(first: int = 300, width: int = 10) -> np.ndarray:
     """Return a picture with a white and a yellow line, a red and a blue stripe, and a bright sign.
 
-    Args:
-        first: first column of the yellow line
-        width: width of the yellow line [pixels]
-
-    Returns:
-        (480, 640, 4) uint8, BGRA
+    The yellow line begins at the column `first`, with a width [pixels]; (480, 640, 4) uint8, BGRA.
     """
     picture = np.full((480, 640, 4), (80, 80, 80, 255), np.uint8)
     picture[:240] = (150, 90, 30, 255)
