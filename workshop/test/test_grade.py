@@ -23,10 +23,9 @@ from sdc_testing.chromium import check_page, headless_chromium
 from sdc_workshop.exam import sandbox
 from sdc_workshop.exam.answer import Answer, encodable
 from sdc_workshop.grading import grade as command
-from sdc_workshop.grading.copying import copy_workspace
 from sdc_workshop.grading.grade import line
 from sdc_workshop.grading.grading import Conditions, Grade, grade
-from sdc_workshop.grading.handed_in import HandedInError, names, submissions
+from sdc_workshop.grading.handed_in import HandedInError, copy_workspace, names, submissions
 from sdc_workshop.grading.record import Record, read
 from sdc_workshop.grading.rubric import load_rubric
 from sdc_workshop.grading.summary import ranked, write_csv, write_pages

@@ -6,8 +6,7 @@ import zipfile
 
 import pytest
 
-from sdc_workshop.grading.copying import copy_workspace
-from sdc_workshop.grading.handed_in import HandedInError, names, submissions
+from sdc_workshop.grading.handed_in import HandedInError, copy_workspace, names, submissions
 from sdc_workshop.workspace import make
 
 CAMERA = "src/sdc_package/scripts/camera.py"

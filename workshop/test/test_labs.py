@@ -6,8 +6,8 @@ from guide_blocks import read
 from guide_student import Student
 
 from sdc_workshop import check
-from sdc_workshop.grading.copying import copy_workspace
 from sdc_workshop.grading.grading import Conditions, grade
+from sdc_workshop.grading.handed_in import copy_workspace
 from sdc_workshop.steps import LABS, chosen, load_steps
 from sdc_workshop.workspace import PROJECT, lab_of, make, package_files
 

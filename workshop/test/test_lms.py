@@ -4,9 +4,8 @@ import csv
 import json
 
 from sdc_workshop.grading.grading import Grade
-from sdc_workshop.grading.lms import write_lms
 from sdc_workshop.grading.rubric import load_rubric
-from sdc_workshop.grading.summary import ranked, write_pages
+from sdc_workshop.grading.summary import ranked, write_lms, write_pages
 
 
 def test_marks_for_moodle_canvas_and_gradescope(tmp_path):

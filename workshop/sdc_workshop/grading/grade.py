@@ -28,10 +28,9 @@ from sdc_workshop.grading.cluster import grade_on_cluster
 from sdc_workshop.grading.copies import Copy, copies
 from sdc_workshop.grading.grading import Conditions, Grade, grade
 from sdc_workshop.grading.handed_in import HandedInError, names, submissions
-from sdc_workshop.grading.lms import write_lms
 from sdc_workshop.grading.record import printable, write_json, write_table
 from sdc_workshop.grading.rubric import PACKAGED, load_rubric
-from sdc_workshop.grading.summary import cells, ranked, write_csv, write_pages
+from sdc_workshop.grading.summary import cells, ranked, write_csv, write_lms, write_pages
 from sdc_workshop.my_car import DRIVER
 from sdc_workshop.steps import load_steps
 from sdc_workshop.student_file import MAX_BYTES

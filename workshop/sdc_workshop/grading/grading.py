@@ -17,8 +17,7 @@ from sdc_workshop.exam.limits import GROUP, control_groups, entering
 from sdc_workshop.exam.process import Program
 from sdc_workshop.exam.sandbox import outer_command
 from sdc_workshop.grading.copies import written_tokens
-from sdc_workshop.grading.copying import copy_workspace
-from sdc_workshop.grading.handed_in import HandedInError
+from sdc_workshop.grading.handed_in import HandedInError, copy_workspace
 from sdc_workshop.grading.record import (
     ANSWERS,
     BUILD_LOG,

@@ -1,25 +1,27 @@
-"""Find each student's work in a folder of any layout, or in a zip."""
+"""Find each student's work in a folder of any layout, or in a zip, and copy what they wrote."""
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
+import shutil
 import zipfile
 from pathlib import Path
 from typing import Iterable
 
 from sdc_workshop.steps import WORKSHOP
 from sdc_workshop.student_file import read_anyway
-from sdc_workshop.workspace import package_of
+from sdc_workshop.workspace import WorkspaceError, copy_car, is_older, link, package_of, update
 
-MAX_TOTAL_BYTES = 200_000_000
-MAX_ENTRIES = 20_000
+_MAX_TOTAL_BYTES = 200_000_000
+_MAX_ENTRIES = 20_000
 # Folders that hold nothing that a student has written, and the files before an update.
-LEFT_OUT = {".git", "__MACOSX", "__pycache__", "build", "devel", "install"}
+_LEFT_OUT = {".git", "__MACOSX", "__pycache__", "build", "devel", "install"}
 _BEFORE_UPDATE = "before_update_"
 _DEPTH = 16
 # Deeper folders are more than a package has, and than Python can copy.
-MAX_DEPTH = 60
+_MAX_DEPTH = 60
 _MAX_ZIPS = 3  # a zip in a zip in a zip
 # How Moodle and Canvas name the files of "download all submissions".
 _DOWNLOADED = (
@@ -44,7 +46,7 @@ def submissions(folders: Iterable[Path], output: Path, lab: str = WORKSHOP) -> l
         is_student = any(_is_package(folder / path, name) for path in own)
         inside = [] if is_student or not folder.is_dir() else sorted(folder.iterdir())
         entries = [path for path in inside if path != output and path.name[0] != "."]
-        found.extend([path for path in entries if path.name not in LEFT_OUT] or [folder])
+        found.extend([path for path in entries if path.name not in _LEFT_OUT] or [folder])
     return list(dict.fromkeys(found))
 
 
@@ -118,7 +120,7 @@ def _content(root: Path, name: str) -> tuple[list, list]:
         names[:] = [
             one
             for one in sorted(names)
-            if one not in LEFT_OUT and not one.startswith(_BEFORE_UPDATE) and depth < _DEPTH
+            if one not in _LEFT_OUT and not one.startswith(_BEFORE_UPDATE) and depth < _DEPTH
         ]
         links += [folder / one for one in names if (folder / one).is_symlink()]
         paths = (folder / one for one in sorted(files) if one.lower().endswith(".zip"))
@@ -150,13 +152,13 @@ def _unpacked(archive: Path, folder: Path) -> Path:
         with zipfile.ZipFile(archive) as content:
             members = [member for member in content.infolist() if not member.is_dir()]
             size = sum(member.file_size for member in members)
-            if size > MAX_TOTAL_BYTES or len(members) > MAX_ENTRIES:
+            if size > _MAX_TOTAL_BYTES or len(members) > _MAX_ENTRIES:
                 raise HandedInError(
                     f"{archive} is too large unpacked ({size // 1_000_000} MB, {len(members)} "
-                    f"files); at most {MAX_TOTAL_BYTES // 1_000_000} MB and {MAX_ENTRIES} files"
+                    f"files); at most {_MAX_TOTAL_BYTES // 1_000_000} MB and {_MAX_ENTRIES} files"
                 )
-            if any(member.filename.count("/") > MAX_DEPTH for member in members):
-                raise HandedInError(f"{archive} has folders in more than {MAX_DEPTH} levels")
+            if any(member.filename.count("/") > _MAX_DEPTH for member in members):
+                raise HandedInError(f"{archive} has folders in more than {_MAX_DEPTH} levels")
             for member in members:
                 member.filename = member.filename.replace("\\", "/")
                 # It leaves out what leads out of the folder: "..", and "/" at the beginning.
@@ -169,3 +171,61 @@ def _unpacked(archive: Path, folder: Path) -> Path:
     except Exception as error:  # noqa: BLE001  each way to compress has errors of its own
         raise HandedInError(f"{archive}: neither a folder nor a zip that opens ({error})") from None
     return folder
+
+
+def copy_workspace(source: Path, target: Path, lab: str = WORKSHOP) -> list:
+    """Create a workspace with a copy of a student's package. The source is not changed.
+
+    The workspace of a lab gets the finished car: its marks do not depend on the student's car.
+    Return the links to folders and to places outside of the workspace, which are not copied: they
+    may lead to files of the teacher or of another student, or in a circle.
+
+    Raises:
+        HandedInError: there is no package in the source, or it is too large
+        OSError: a file cannot be read
+    """
+    package, root = find_package(source, target.with_name("handed_in"), lab)
+    left_out = _copy(package, target / "src" / package_of(lab), Path(os.path.realpath(root)))
+    if lab:
+        copy_car(target)
+    link(target, lab)
+    if is_older(package.parent.parent):
+        # A file whose TODO lines do not match stays as it is; its check reports the line.
+        with contextlib.suppress(WorkspaceError):
+            update(target)
+    return left_out
+
+
+def _copy(source: Path, target: Path, inside: Path) -> list:
+    """Copy regular files and folders, and files in `inside` that links point to.
+
+    Other users can read the copy: the student's programs may run as one. Return the links that are
+    left out.
+    """
+    size = 0
+    links: list = []
+
+    def left_out(folder: str, names: list) -> list:
+        nonlocal size
+        if len(Path(folder).relative_to(source).parts) > _MAX_DEPTH:
+            raise HandedInError(f"{source} has folders in more than {_MAX_DEPTH} levels")
+        paths = [Path(folder, name) for name in names]
+        links.extend(str(path) for path in paths if path.is_symlink() and leads_away(path))
+        files = [path for path in paths if path.is_file() and str(path) not in links]
+        folders = [path for path in paths if path.is_dir() and not path.is_symlink()]
+        size += sum(path.stat().st_size for path in files)
+        if size > _MAX_TOTAL_BYTES:
+            raise HandedInError(
+                f"{source} is larger than {_MAX_TOTAL_BYTES // 1_000_000} MB; "
+                "delete what does not belong there"
+            )
+        kept = {path.name for path in (*files, *folders)} - _LEFT_OUT
+        return [name for name in names if name not in kept]
+
+    def leads_away(path: Path) -> bool:
+        return path.is_dir() or inside not in Path(os.path.realpath(path)).parents
+
+    shutil.copytree(source, target, ignore=left_out)
+    for path in (target, *target.rglob("*")):
+        path.chmod(0o755 if path.is_dir() or os.access(path, os.X_OK) else 0o644)
+    return links

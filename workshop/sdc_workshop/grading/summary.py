@@ -1,4 +1,4 @@
-"""The summary of all grades: a table for spreadsheets, a page, and a page for each student."""
+"""The summary of all grades: tables, also for Moodle and Canvas, and pages."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import yaml
 
 from sdc_workshop.exam.answer import PASSED
 from sdc_workshop.grading.grading import Grade
+from sdc_workshop.grading.handed_in import lms_columns
 from sdc_workshop.grading.record import printable, write_table
 from sdc_workshop.grading.rubric import Mark, mark
 from sdc_workshop.steps import WORKSHOP, Step, hint_of, load_steps
@@ -23,6 +24,12 @@ _LEAST_COPY_PERCENT = 50.0
 _COLUMNS = yaml.safe_load(Path(__file__).with_name("columns.yaml").read_text(encoding="utf-8"))
 # Of the machine, not of the car: the table is the same at each run.
 _OF_THE_MACHINE = ("wall_duration_s", "real_time_factor")
+
+ASSIGNMENT = "Self-driving-car workshop"
+# Read by the import of a grading worksheet (Identifier), and of the gradebook (the other three).
+_MOODLE = ("Identifier", "Full name", "ID number", "Username", "Email address")
+_MOODLE_MARK = ("Grade", "Maximum Grade", "Last modified (grade)", "Feedback comments")
+_CANVAS = ("Student", "ID", "SIS User ID", "SIS Login ID", "Section")
 
 
 class Row(NamedTuple):
@@ -99,6 +106,23 @@ def write_csv(path: Path, rows: list, lab: str = WORKSHOP) -> None:
         for step in steps:
             found[f"step {step.id}"] = row.grade.answers.get(step.id, {}).get("status", "")
     write_table(path, [*columns, *(f"step {step.id}" for step in steps)], texts)
+
+
+def write_lms(output: Path, rows: list, rubric: dict) -> None:
+    """Write moodle.csv and canvas.csv."""
+    moodle, canvas = [], [{"Student": "    Points Possible", ASSIGNMENT: f"{rubric['points']:g}"}]
+    for row in rows:
+        found, points = row.grade, f"{row.mark.points:.2f}"
+        known = {"Username": found.name, "SIS Login ID": found.name}
+        known.update({"Full name": found.name, "Student": found.name})
+        known.update(lms_columns(found.folder)[1])
+        first = f"next: {found.first_open}" if found.first_open else ""
+        feedback = "; ".join(filter(None, (f"{found.steps_done} steps", first, found.note)))
+        mark = zip(_MOODLE_MARK, (points, f"{rubric['points']:.2f}", "-", feedback))
+        moodle.append({**known, **dict(mark)})
+        canvas.append({**known, ASSIGNMENT: points})
+    write_table(output / "moodle.csv", (*_MOODLE, *_MOODLE_MARK), moodle)
+    write_table(output / "canvas.csv", (*_CANVAS, ASSIGNMENT), canvas)
 
 
 def write_pages(output: Path, rows: list, pairs: list, lab: str = WORKSHOP) -> None:
