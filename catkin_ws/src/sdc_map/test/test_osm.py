@@ -84,6 +84,15 @@ def test_only_streets_for_cars_and_their_sidewalks_are_read(town):
     assert len(town.crosswalks) >= 4
 
 
+def test_pedestrians_cross_the_mouth_of_a_slow_street_on_a_crosswalk(tmp_path):
+    ways = {100: ([1, 3, 5], {"highway": "primary"}), 101: ([3, 6], {"highway": "service"})}
+    network = load_network(write(tmp_path, osm(ways=ways), "a.osm"))
+    sidewalks = {edge_of(lane.id) for lane in network.lanes.values() if lane.kind == WALKING}
+    assert {"101", "-101"} <= sidewalks
+    middles = [area.mean(axis=0) for area in network.crosswalks]
+    assert any(abs(x) < 3.0 and -98.0 < y < -90.0 for x, y in middles)  # north of (0, -100)
+
+
 def test_limits_are_those_of_the_file_or_of_the_kind_of_street(town):
     found = {
         round(lane.speed_limit_mps, 2)

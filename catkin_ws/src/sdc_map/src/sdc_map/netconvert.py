@@ -36,8 +36,10 @@ _OSM = (
     *("--osm.sidewalks", "--osm.turn-lanes", "--osm.lane-access"),
     # Joined lights have many phases: with the usual 31 s for each, a car would wait for minutes.
     *("--tls.join", "--tls.green.time", "10"),
-    # Streets in towns have sidewalks: those with a limit from 21 to 60 km/h.
-    *("--sidewalks.guess", "--sidewalks.guess.max-speed", "17", "--crossings.guess"),
+    # Streets in towns have sidewalks: those with a limit of at most 60 km/h. Without them,
+    # pedestrians would walk on the lanes for cars of slow streets, and over their mouths.
+    *("--sidewalks.guess", "--sidewalks.guess.min-speed", "2", "--sidewalks.guess.max-speed", "17"),
+    "--crossings.guess",
 )
 # Larger files take more than that in Python.
 MOST_BYTES = 50_000_000
