@@ -16,10 +16,9 @@ from sdc_map.lane_graph import LaneGraph, NoRouteError
 from sdc_map.network_file import load_network
 from sdc_package.car import MissionDriver
 from sdc_package.local_planner import PlannerSettings
-from sdc_sim.runner import isolated_drive, launch_arguments, prepare
+from sdc_sim.runner import isolated_drive, launch_arguments
 from sdc_sim.scenario.drive_setup import drive_setup
 from sdc_sim.scenario.map_drive import first_mission
-from sdc_sim.scenario.reader import load_scenario
 from sdc_testing.street_maps import has_libsumo, needs_maps, needs_traffic, town
 
 pytestmark = [needs_maps, pytest.mark.slow(6)]
@@ -55,15 +54,14 @@ def test_drive_to_a_goal_is_complete_and_repeatable(path):
     ],
     ids=["alone", "in traffic", "scenario type"],
 )
-def test_drive_through_ros_has_the_same_trace(path, tmp_path, given, same, count):
+def test_drive_through_ros_has_the_same_trace(path, given, same, count):
     if "goal" in given:
         given, same = {"start": "-140,-5", **given}, {"start": WEST, **same}
     given = {"map": path, "seed": "4", **given}
-    arguments = launch_arguments(str(tmp_path / "report.json"), given)
-    assert "seed: 4" in arguments["sim_options"]
-    arguments.update(sync="true", camera="false", referee_options="{pictures: true, snapshots: 0}")
-    with isolated_drive("", arguments) as (drive, lines):
+    pages = {"camera": "false", "referee_options": "{pictures: true, snapshots: 0}"}
+    with isolated_drive("", {**given, **pages}) as (drive, lines):
         assert lines == []
+        assert "seed: 4" in drive.arguments["sim_options"]
         with open(drive.report_path.replace(".json", ".csv"), encoding="utf-8") as file:
             trace = [[float(one) for one in row.split(",")[:8]] for row in file.readlines()[1:]]
         with open(drive.report_path.replace(".json", ".html"), encoding="utf-8") as file:
@@ -89,7 +87,7 @@ def test_drive_through_ros_has_the_same_trace(path, tmp_path, given, same, count
 )
 def test_bad_argument_is_one_line(path, tmp_path, given, words):
     with pytest.raises(ValueError, match=words) as error:
-        launch_arguments(str(tmp_path / "report.json"), {"map": path, **given})
+        launch_arguments("", str(tmp_path / "report.json"), {"map": path, **given})
     assert "\n" not in str(error.value)
 
 
@@ -105,7 +103,7 @@ def test_random_town_is_that_of_the_seed(tmp_path):
     (tmp_path / "town.yaml").write_text("map: random\nseed: 5\n")
     rows = drive_result(str(tmp_path / "town.yaml"), longest_s=0.2).rows
     assert np.array_equal(one.rows, rows, equal_nan=True)
-    arguments = launch_arguments(str(tmp_path / "report.json"), {"map": "random", "seed": "5"})
+    arguments = launch_arguments("", str(tmp_path / "report.json"), {"map": "random", "seed": "5"})
     assert arguments["map"].endswith("random_5.net.xml")
 
 
@@ -114,7 +112,7 @@ def test_scenario_on_a_map(path, tmp_path):
     scenario.write_text(f"map: {path}\ngoals: [[-2.0, -110.0]]\nseed: 7\n")
     rows = drive_result(str(scenario)).rows
     assert np.hypot(*(rows[-1, [1, 2]] - SOUTH)) < 5.0
-    arguments = prepare(load_scenario(str(scenario)), str(tmp_path / "report.json"), {})
+    arguments = launch_arguments(str(scenario), str(tmp_path / "report.json"), {})
     assert (arguments["map"], arguments["goal"]) == (path, "[[-2.0, -110.0]]")
     start = np.loadtxt(arguments["waypoints_path"], delimiter=",")[0]
     assert start * (1.0, -1.0) == pytest.approx(rows[0, [1, 2]], abs=1e-6)
@@ -153,8 +151,8 @@ def test_cost_of_the_lab_chooses_on_the_streets():
     assert not np.array_equal(driven[0].rows, driven[1].rows)
 
 
-def test_seed_without_a_map_is_that_of_the_noise(tmp_path):
-    found = launch_arguments("", {"seed": "3", "sim_options": "{friction: 0.5}"})
+def test_seed_without_a_map_is_that_of_the_noise():
+    found = launch_arguments("", "", {"seed": "3", "sim_options": "{friction: 0.5}"})
     assert found == {"seed": "3", "sim_options": "{friction: 0.5, seed: 3}"}
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from sdc_sim.runner import prepare
+from sdc_sim.runner import launch_arguments
 from sdc_sim.scenario.packaged import find_scenario, folder_of
 from sdc_sim.scenario.reader import load_scenario
 from sdc_testing.street_maps import needs_maps
@@ -22,7 +22,7 @@ LISTED = dict(re.findall(r"^\| `(\w+)` \| (.*?) \|", TABLE, re.MULTILINE))
 )
 def test_listed_scenario_can_be_driven(name, tmp_path):
     scenario = load_scenario(find_scenario(name))
-    got = prepare(scenario, str(tmp_path / "report.json"), {})
+    got = launch_arguments(name, str(tmp_path / "report.json"), {})
     assert os.path.exists(got["waypoints_path"])
     assert scenario.about == LISTED[name]
 

@@ -10,9 +10,8 @@ import yaml
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_common.validation import DocumentError
 from sdc_sim.catkin_workspace import WorkspaceError
-from sdc_sim.runner import CheckedDrive, main, prepare
+from sdc_sim.runner import CheckedDrive, launch_arguments, main
 from sdc_sim.scenario.packaged import folder_of
-from sdc_sim.scenario.reader import load_scenario
 
 SHORT = "route: [straight_m: 30]\n"
 
@@ -24,7 +23,7 @@ def write(tmp_path, text):
 
 
 def arguments(tmp_path, text, **given):
-    return prepare(load_scenario(write(tmp_path, text)), str(tmp_path / "report.json"), given)
+    return launch_arguments(write(tmp_path, text), str(tmp_path / "report.json"), given)
 
 
 def test_each_key_of_a_scenario_reaches_its_argument(tmp_path):
@@ -47,7 +46,7 @@ def test_given_arguments_override_and_options_are_merged(tmp_path):
 
 def test_generated_route_is_written_only_next_to_the_report(tmp_path):
     path = write(tmp_path, "route: [straight_m: 30]")
-    got = prepare(load_scenario(path), str(tmp_path / "out" / "report.json"), {})
+    got = launch_arguments(path, str(tmp_path / "out" / "report.json"), {})
     assert got["waypoints_path"] == str(tmp_path / "out" / "report.route.csv")
     assert load_waypoints(got["waypoints_path"])[-1] == pytest.approx((30.0, 0.0))
     assert sorted(os.listdir(tmp_path)) == ["mine.yaml", "out"]

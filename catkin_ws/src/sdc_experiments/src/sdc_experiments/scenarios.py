@@ -8,7 +8,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import subprocess
 import sys
 import time
 from functools import partial
@@ -20,7 +19,7 @@ import numpy as np
 from scipy import stats
 
 from sdc_experiments.championship.attempt import write_page
-from sdc_experiments.championship.stack import drive_script
+from sdc_experiments.championship.stack import nodes_drive
 from sdc_experiments.closed_loop import drive_result
 from sdc_experiments.sweep.cell_drive import code_version, worker_problem
 from sdc_experiments.sweep.dask_engine import DaskEngine, cores
@@ -35,7 +34,7 @@ from sdc_sim.scenario.street_scenarios import Placement, of_map, types
 OWN, NAIVE = "own", "naive"
 # A driver passes a type if more of its drives succeed.
 _PASSES_PERCENT = 50.0
-_WORST, _SCENE_TICKS = 10, 10
+_WORST, _SHOWN_TICKS = 10, 10
 # The picture of a type has what is so near to the event, lanes with a point at each of these [m].
 _NEAR_M, _S_M = 80.0, np.arange(0.0, 5000.0, 5.0)
 
@@ -50,25 +49,16 @@ def _seeds(text: str) -> range:
 def drive(
     name: str, path: str, seed: int, car: Mapping[str, Any]
 ) -> tuple[Placement, DriveEvaluation]:
-    """Drive a type on a map with a car, by the arguments of drive_result that describe it.
-
-    The evaluation has the road users of each half second.
-    """
-    placed, scene = of_map(path, name, seed), []
-    result = drive_result(
+    """Drive a type on a map with a car, by the arguments of drive_result that describe it."""
+    placed = of_map(path, name, seed)
+    return placed, drive_result(
         map=path,
         sim_options={"street_scenario": name},
         seed=seed,
         longest_s=placed.limit_s,
-        observe=lambda one: scene.append((1e-9 * one.stamp_ns, one.obstacles)),
         compiled=True,
         **car,
     )
-    result.scene[OBSTACLES] = [
-        (time_s, [[one.id, *one.rectangle[:5]] for one in obstacles])
-        for time_s, obstacles in scene[::_SCENE_TICKS]
-    ]
-    return placed, result
 
 
 def drive_row(name: str, path: str, seed: int, car: Mapping, driver: str) -> dict[str, Any]:
@@ -81,14 +71,13 @@ def drive_row(name: str, path: str, seed: int, car: Mapping, driver: str) -> dic
 def drive_nodes(name: str, path: str, seed: int, options: SimpleNamespace) -> dict[str, Any]:
     """Drive a type with the nodes of a package through ROS, and return its row of the results."""
     report = Path(options.report).absolute().with_name(f"{name}_{seed}.json")
-    command = [drive_script()]
-    command += [f"map:={path}", f"stack:={options.stack}", f"workspace:={options.workspace}"]
-    command += [f"sim_options:={{street_scenario: {name}}}", f"report:={report}", f"seed:={seed}"]
-    command += ["sync:=true", "headless:=true", "camera:=false"]
-    with open(report.with_suffix(".log"), "w", encoding="utf-8") as log:
-        subprocess.run(command, stdout=log, stderr=log, check=False)
-    if not report.exists():
-        raise ValueError(f"{name}, seed {seed}: the drive wrote no report; see {log.name}")
+    given = {"map": path, "stack": options.stack, "workspace": options.workspace}
+    given.update(seed=str(seed), camera="false", sim_options=f"{{street_scenario: {name}}}")
+    given["referee_options"] = "{}"
+    with nodes_drive(given, report_path=str(report)) as (drive, _):
+        if not report.exists():
+            log = drive.log_path
+            raise ValueError(f"{name}, seed {seed}: the drive wrote no report; see {log}")
     metrics, trace = json.loads(report.read_text()), report.with_suffix(".csv").read_bytes()
     return row_of(name, seed, options.stack, of_map(path, name, seed).limit_s, metrics, trace)
 
@@ -131,14 +120,15 @@ def picture_of(name: str, path: str, seed: int, car: Mapping) -> dict[str, Any]:
         there = (np.asarray(points_m)[:, :2] - event_m) @ [[c, s], [s, -c]]
         return there[np.abs(there).max(axis=1) < _NEAR_M].round(1).tolist()
 
-    rows, scene = result.rows[::_SCENE_TICKS], result.scene[OBSTACLES]
-    nearest = int(np.argmin(np.hypot(*(rows[:, 1:3] - event_m).T)))
+    rows, scene = result.rows[::_SHOWN_TICKS], result.scene[OBSTACLES]
+    nearest = rows[np.argmin(np.hypot(*(rows[:, 1:3] - event_m).T))]
+    _, around = min(scene, key=lambda one: abs(one[0] - nearest[0]), default=(0.0, []))
     tracks: dict[int, list] = {}
     for _, bodies in scene:
         for number, *place_m in bodies:
             tracks.setdefault(number, []).append(place_m)
     lanes = load_network(path).driving
-    bodies = [body for _, *body in scene[nearest][1]] + [[*rows[nearest, 1:4], 4.7, 2.0]]
+    bodies = [body for _, *body in around] + [[*nearest[1:4], 4.7, 2.0]]
     return {
         "lanes": [(line(one.at(_S_M[one.length_m + 5.0 > _S_M])), one.width_m) for one in lanes],
         "route": line(way_m),

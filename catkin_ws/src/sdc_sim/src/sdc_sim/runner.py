@@ -29,7 +29,6 @@ from typing import Iterator, Mapping
 import numpy as np
 
 from sdc_common.configuration import package_folder
-from sdc_common.geometry.road_line import road_route
 from sdc_common.processes import isolated_ros_environment
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_common.validation import DocumentError
@@ -41,15 +40,13 @@ from sdc_sim.scenario.acceptance_limits import read_report, violations
 from sdc_sim.scenario.drive_setup import drive_setup
 from sdc_sim.scenario.map_drive import given_points
 from sdc_sim.scenario.packaged import (
-    find_packaged,
     find_route,
     find_scenario,
-    generated_lines,
     options_text,
     parse_options,
     sim_options,
 )
-from sdc_sim.scenario.reader import Scenario, load_scenario, map_path
+from sdc_sim.scenario.reader import Scenario, load_scenario
 from sdc_sim.scenario.traffic import load_traffic
 
 _SHUTDOWN_TIMEOUT_S = 30.0
@@ -60,12 +57,58 @@ _LEFT_BEHIND_S = 10.0
 _NETWORK = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOME")
 
 
-def launch_arguments(report: str, given: dict[str, str]) -> dict[str, str]:
-    """Write the first mission on a map beside the report; return the arguments of all.launch.
+def launch_arguments(name: str, report: str, given: Mapping[str, str]) -> dict[str, str]:
+    """Return the arguments of all.launch for a drive, after a check that it can be driven.
+
+    A generated route, or the first mission on a map, is written beside the report.
+
+    Args:
+        name: name or path of the scenario, "" without one
+        report: path of report.json
+        given: arguments that override those of the scenario
 
     Raises:
-        ValueError: an argument is not valid, or a goal cannot be reached
+        ValueError, OSError: the drive cannot start, or a goal cannot be reached
     """
+    options = _given_options(given)
+    if not (name or given.get("map")):
+        return {**given, "sim_options": options_text(options)}
+    scenario = load_scenario(find_scenario(name)) if name else Scenario("")
+    route = load_waypoints(given["waypoints_path"]) if given.get("waypoints_path") else None
+    start, goals = (given_points(word, given) for word in ("start", "goal"))
+    place = given.get("map", ""), start[0] if start else None, goals or None
+    setup = drive_setup(name, route, options, *place)
+    own: dict[str, str] = {}
+    of_map: dict[str, str] = {}
+    if name:
+        own["obstacles_path"] = os.path.abspath(scenario.path)
+    if isinstance(scenario.route, str):
+        own["waypoints_path"] = find_route(scenario.path, scenario.route)
+    if scenario.sensors is not None:
+        own["sensors"] = scenario.sensors
+    if setup.missions or (route is None and isinstance(scenario.route, list)):
+        path = os.path.splitext(os.path.abspath(report))[0] + ".route.csv"
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        # The y axis of a waypoint file points to the right.
+        np.savetxt(path, setup.waypoints_m * (1.0, -1.0), fmt="%.6f", delimiter=",")
+        own["waypoints_path"] = path
+    if setup.missions:
+        goals_text = str([list(map(float, goal)) for goal in setup.missions.goals])
+        of_map = {"map": setup.parameters["map_path"], "goal": goals_text}
+        of_map["waypoints_path"] = own["waypoints_path"]
+    own.update(given)
+    load_traffic(own.get("obstacles_path", ""), setup.route, setup.parameters["map_path"])
+    along_m, length_m = setup.parameters["start"]["along_m"], setup.route.length_m
+    if along_m > length_m:
+        raise DocumentError(
+            f"{scenario.path or 'sim_options'}: the start is {along_m:g} m along a route of "
+            f"{length_m:.1f} m; give a distance from 0 to {length_m:.1f}"
+        )
+    return {**own, **of_map, "sim_options": options_text(sim_options(scenario, options))}
+
+
+def _given_options(given: Mapping[str, str]) -> dict:
+    """Return the given sim_options, with the seed and the traffic of the drive."""
     options = parse_options(given.get("sim_options") or "{}")
     for name in ("seed", "traffic"):
         if not given.get(name):
@@ -74,67 +117,7 @@ def launch_arguments(report: str, given: dict[str, str]) -> dict[str, str]:
         if options.setdefault(name, number) != number or number < 0:
             text = f"must be a number of at least 0, and no other than the {name} in sim_options"
             raise ValueError(f"{name}:={given[name]}: {text}")
-    given = {**given, "sim_options": options_text(options)}
-    if not given.get("map"):
-        return given
-    start, wanted = given_points("start", given), given_points("goal", given)
-    begin = start[0] if start else None
-    setup = drive_setup("", None, options, given["map"], begin, wanted or None)
-    path = os.path.splitext(os.path.abspath(report))[0] + ".route.csv"
-    os.makedirs(os.path.dirname(path), exist_ok=True)
-    # The y axis of a waypoint file points to the right.
-    np.savetxt(path, setup.waypoints_m * (1.0, -1.0), fmt="%.6f", delimiter=",")
-    goals = setup.missions.goals if setup.missions else ()
-    return {
-        **given,
-        "waypoints_path": path,
-        "map": setup.parameters["map_path"],
-        "goal": str([list(map(float, goal)) for goal in goals]),
-    }
-
-
-def prepare(scenario: Scenario, report_path: str, given: Mapping[str, str]) -> dict[str, str]:
-    """Return the arguments of all.launch for a scenario, after a check that it can be driven.
-
-    A generated route is written next to the report.
-
-    Args:
-        scenario: the scenario
-        report_path: path of report.json
-        given: arguments that override those of the scenario
-
-    Raises:
-        DocumentError, WaypointError, OSError: the scenario cannot be driven.
-    """
-    own = {"obstacles_path": os.path.abspath(scenario.path)}
-    options = sim_options(scenario, parse_options(given.get("sim_options", "{}")))
-    if isinstance(scenario.route, list):
-        own["waypoints_path"] = os.path.splitext(os.path.abspath(report_path))[0] + ".route.csv"
-        if "waypoints_path" not in given:
-            os.makedirs(os.path.dirname(own["waypoints_path"]), exist_ok=True)
-            with open(own["waypoints_path"], "w", encoding="utf-8") as file:
-                file.writelines(generated_lines(scenario.route))
-    elif scenario.route is not None:
-        own["waypoints_path"] = find_route(scenario.path, scenario.route)
-    if scenario.map is not None and "map" not in given:
-        goal = ";".join(f"{x},{y}" for x, y in scenario.goals)
-        on_map = {"map": map_path(scenario, options.get("seed", 0)), "goal": goal, **given}
-        on_map["sim_options"] = options_text(options)
-        own.update(launch_arguments(report_path, on_map))
-    if scenario.sensors is not None:
-        find_packaged("sensors", scenario.sensors, scenario.path)
-        own["sensors"] = scenario.sensors
-    arguments = {**own, **given, "sim_options": options_text(options)}
-    default_path = find_route("", "town")
-    route = road_route(load_waypoints(arguments.get("waypoints_path") or default_path))
-    load_traffic(arguments["obstacles_path"], route, arguments.get("map", ""))
-    along_m = scenario.sim.get("start", {}).get("along_m", 0.0)
-    if along_m > route.length_m:
-        raise DocumentError(
-            f"{scenario.path}: the start is {along_m:g} m along a route of {route.length_m:.1f} m; "
-            f"give a distance from 0 to {route.length_m:.1f}"
-        )
-    return arguments
+    return options
 
 
 class CheckedDrive:
@@ -169,11 +152,10 @@ class CheckedDrive:
         if scenario:
             loaded = load_scenario(find_scenario(scenario))
             self.limits, camera, sync = loaded.limits, loaded.camera, loaded.sync
-            given = prepare(loaded, report_path, given)
         self.arguments = {
             "sync": str(sync).lower(),
             "camera": str(camera).lower(),
-            **given,
+            **launch_arguments(scenario, report_path, given),
             "headless": "true",
             "report": report_path,
         }
@@ -247,8 +229,9 @@ def isolated_drive(
     parameters: Mapping[str, Mapping] | None = None,
     route_m: np.ndarray | None = None,
     timeout_s: float = 1200.0,
+    report_path: str = "",
 ) -> Iterator[tuple[CheckedDrive, list[str]]]:
-    """Drive under a ROS master of its own; the files of the drive exist during the block.
+    """Drive under a ROS master of its own; by default, its files exist during the block.
 
     Args:
         scenario: as that of CheckedDrive
@@ -256,6 +239,7 @@ def isolated_drive(
         parameters: the same
         route_m: (N, 2) waypoints, in place of the route of the scenario [m]
         timeout_s: wall time after which the drive is interrupted [s]
+        report_path: where to write the report, "" for a folder that is deleted after the block
 
     Yields:
         the drive, and the lines that `CheckedDrive.run` returns
@@ -267,7 +251,8 @@ def isolated_drive(
             # The y axis of a waypoint file points to the right.
             np.savetxt(given["waypoints_path"], route_m * (1.0, -1.0), fmt="%.9f", delimiter=",")
         with isolated_ros_environment(os.path.join(folder, "ros"), _LEFT_BEHIND_S) as variables:
-            drive = CheckedDrive(scenario, os.path.join(folder, "report.json"), given, parameters)
+            path = report_path or os.path.join(folder, "report.json")
+            drive = CheckedDrive(scenario, path, given, parameters)
             lines = drive.run(timeout_s, {name: variables[name] for name in _NETWORK})
         yield drive, lines
 
@@ -311,9 +296,7 @@ def main() -> int:
             return _print_check(name, load_scenario(find_scenario(name)), report_path)
         if "." in given.get("map", ""):  # a file
             print(*report_lines(load_network(given["map"])), sep="\n", file=sys.stderr)
-        arguments = launch_arguments(report_path, given)
-        if name:
-            arguments = prepare(load_scenario(find_scenario(name)), report_path, arguments)
+        arguments = launch_arguments(name, report_path, given)
     except (OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import json
-import subprocess
 import tempfile
 from pathlib import Path
+from typing import Any, Mapping
 
-import numpy as np
-
-from sdc_common.configuration import package_folder
 from sdc_common.driving import Command, Observation
 from sdc_experiments.championship.league import draw
 from sdc_experiments.championship.mission import DriverMission
@@ -48,16 +45,19 @@ class LoggedDriver:
         return []
 
 
-def drive_script() -> str:
-    """Return the path of ./drive.
+def nodes_drive(given: Mapping[str, str], **options: Any) -> Any:
+    """Return the drive of a stack, see sdc_sim.runner.isolated_drive.
 
     Raises:
         ValueError: only the wheel is installed
     """
-    path = Path(package_folder("sdc_experiments")).parents[2] / "drive"
-    if not path.exists():
-        raise ValueError("stack: drives through ROS, which needs the project's source tree")
-    return str(path)
+    try:
+        from sdc_sim.runner import isolated_drive
+    except ImportError as error:
+        raise ValueError(
+            f"stack: drives through ROS, which needs the workspace ({error})"
+        ) from None
+    return isolated_drive("", given, **options)
 
 
 def drive_stack(stack: str, workspace: str, league: str, seed: str) -> LoggedDriver:
@@ -66,22 +66,15 @@ def drive_stack(stack: str, workspace: str, league: str, seed: str) -> LoggedDri
     With them the world repeats the drive in this process, which gives the true motion.
 
     Raises:
-        ValueError: the drive has no log; the message names its output
+        ValueError: the drive has no log; the message has the end of its output
     """
     one = draw(league, seed)
-    with tempfile.TemporaryDirectory(prefix="championship_") as name:
-        folder = Path(name)
-        options = {**one.sim, "drive_log": str(folder / "log")}
-        command = [drive_script(), f"stack:={stack}", f"workspace:={workspace}"]
-        command.append(f"report:={folder / 'report.json'}")
-        command += [f"sim_options:={options_text(options)}", f"map:={one.map}", "sync:=true"]
-        command += [f"planner_options:={options_text(one.planner)}", "headless:=true"]
-        command += ["camera:=false", "referee_options:={pictures: false}"]
-        if one.route_m is not None:
-            # The y axis of a waypoint file points to the right.
-            np.savetxt(folder / "route.csv", one.route_m * (1.0, -1.0), "%.9f", ",")
-            command.append(f"waypoints_path:={folder / 'route.csv'}")
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        if not (folder / "log").exists():
-            raise ValueError(f"seed {seed}: the drive has no log: {done.stderr.strip()[-300:]}")
-        return LoggedDriver((folder / "log").read_text(encoding="ascii"))
+    with tempfile.TemporaryDirectory(prefix="championship_") as folder:
+        log = Path(folder, "log")
+        given = {"stack": stack, "workspace": workspace, "map": one.map, "camera": "false"}
+        given["sim_options"] = options_text({**one.sim, "drive_log": str(log)})
+        given["planner_options"] = options_text(one.planner)
+        with nodes_drive(given, route_m=one.route_m) as (_, lines):
+            if not log.exists():
+                raise ValueError(f"seed {seed}: the drive has no log: {' '.join(lines)[-300:]}")
+            return LoggedDriver(log.read_text(encoding="ascii"))
