@@ -1,7 +1,6 @@
 """A student's workspace in which all steps are solved, built as a student builds it."""
 
-import subprocess
-
+from sdc_testing import program
 from sdc_workshop.exam.student import Student
 from sdc_workshop.regions import regions
 from sdc_workshop.steps import LABS, WORKSHOP, load_steps
@@ -41,32 +40,15 @@ def solved(folder):
 
 def build(folder, setup=WORLD_SETUP):
     """Build a workspace in a new terminal that has sourced `setup`: Python's messages alone."""
-    subprocess.run([PROJECT / "docker" / "prepare", "world"], check=True, timeout=300)
-    done = subprocess.run(
-        ["bash", "-c", '[ -z "$1" ] || source "$1"; catkin_make', "bash", str(setup or "")],
-        cwd=folder,
-        env={
-            "HOME": str(folder),
-            "PATH": "/usr/bin:/bin",
-            "ROS_LANG_DISABLE": "gencpp:genlisp:geneus:gennodejs",
-        },
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=False,
-        timeout=300,
-    )
+    prepared = program.run(PROJECT / "docker" / "prepare", "world")
+    assert prepared.returncode == 0, prepared.stdout
+    python_only = {"ROS_LANG_DISABLE": "gencpp:genlisp:geneus:gennodejs"}
+    terminal = {"HOME": str(folder), "PATH": "/usr/bin:/bin", **python_only}
+    command = "bash", "-c", '[ -z "$1" ] || source "$1"; catkin_make', "bash", setup or ""
+    done = program.run(*command, folder=folder, environment=terminal)
     assert done.returncode == 0, done.stdout
 
 
 def run(folder, *command):
     """Run a command in a new terminal that has sourced a workspace."""
-    return subprocess.run(
-        command,
-        env=Student(folder).environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=False,
-        timeout=60,
-    )
+    return program.run(*command, environment=Student(folder).environment)

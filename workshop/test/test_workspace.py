@@ -1,11 +1,11 @@
 """Templates and steps match the solution; solving all steps of a workspace restores it."""
 
 import os
-import subprocess
 
 import pytest
 from finished_workspace import differences, is_given
 
+from sdc_testing.program import run
 from sdc_workshop import check
 from sdc_workshop.regions import regions
 from sdc_workshop.steps import LABS, WORKSHOP, all_steps, find_step, load_steps
@@ -158,14 +158,7 @@ def test_unusable_folders_are_refused(tmp_path):
 @pytest.mark.slow(2)
 def test_start_refuses_a_full_folder_in_one_line(tmp_path):
     (tmp_path / "mine").write_text("")
-    done = subprocess.run(
-        [PROJECT / "workshop" / "start", tmp_path],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=False,
-        timeout=120,
-    )
+    done = run(PROJECT / "workshop" / "start", tmp_path)
     assert done.returncode == 1
     lines = [line for line in done.stdout.splitlines() if not line.startswith("prepare: ")]
     assert lines == [f"start: {tmp_path} is not empty; name a new folder, or empty this one"]

@@ -1,21 +1,20 @@
 """The table of benchmarks, and how rounds become lines."""
 
 import re
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 from sdc_experiments.benchmarks.command import BENCHMARKS, table
+from sdc_testing import program
 
 PACKAGE = Path(__file__).resolve().parents[1]
 PAGE = (PACKAGE.parents[2] / "docs" / "performance.md").read_text(encoding="utf-8")
 
 
 def run(*arguments):
-    command = [sys.executable, str(PACKAGE / "scripts" / "benchmark.py"), *arguments]
-    return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    return program.run(sys.executable, PACKAGE / "scripts" / "benchmark.py", *arguments)
 
 
 def test_ratio_is_the_median_of_the_ratios_within_each_round():

@@ -5,7 +5,6 @@ import itertools
 import json
 import os
 import signal
-import subprocess
 import time
 
 import pytest
@@ -15,7 +14,7 @@ from sdc_experiments.closed_loop import drive_result
 from sdc_sim.report.writer import write_report
 from sdc_sim.runner import isolated_drive
 from sdc_sim.scenario.acceptance_limits import read_report
-from sdc_testing.program import Program
+from sdc_testing.program import Program, run
 
 pytestmark = pytest.mark.slow(12)
 
@@ -23,7 +22,6 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 STACKS = os.path.join(HERE, "stacks")
 DRIVE = os.path.abspath(os.path.join(HERE, "..", "..", "..", "..", "drive"))
 OTHER_NODES = "sim.py", "mission_planner.py"
-TIMEOUT_S = 300.0
 
 
 @pytest.fixture
@@ -36,9 +34,7 @@ def check(environment, folder, *arguments):
     """Run drive.test as a team's CI does; return its exit status and output."""
     command = ["rostest", "--results-base-dir", str(folder), "sdc_sim", "drive.test"]
     command += ["report:=found/report.json", *arguments]
-    place = {"cwd": folder, "env": {**environment, "PWD": str(folder)}, "timeout": TIMEOUT_S}
-    output = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "errors": "replace"}
-    done = subprocess.run(command, check=False, **place, **output)
+    done = run(*command, folder=folder, environment=environment)
     return done.returncode, done.stdout
 
 

@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import subprocess
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -16,6 +15,7 @@ from sdc_common.processes import isolated_ros_environment
 from sdc_experiments.several_cars import drive_cars
 from sdc_sim.evaluation.drive_evaluation import COLUMNS
 from sdc_sim.report.writer import write_report
+from sdc_testing.program import run
 
 DRIVE = str(Path(__file__).resolve().parents[4] / "drive")
 ROUTE = [{"straight_m": 60}, {"left_deg": 60, "radius_m": 30, "transition_m": 10}]
@@ -81,9 +81,8 @@ def test_nodes_drive_as_the_library_and_each_car_has_its_report(tmp_path, left_m
     options = ["scenario:=short.yaml", f"cars:={cars}", f"sim_options:={{next_car: {next_car}}}"]
     options += ["sync:=true", "camera:=false", "referee_options:={pictures: false}"]
     with isolated_ros_environment(tmp_path / "ros") as environment:
-        place = {"cwd": tmp_path, "env": environment, "timeout": 120, "text": True}
-        command, output = [DRIVE, "headless:=true", *options], subprocess.PIPE
-        done = subprocess.run(command, stdout=output, stderr=subprocess.STDOUT, **place)
+        command = DRIVE, "headless:=true", *options
+        done = run(*command, folder=tmp_path, environment=environment)
     assert (done.returncode == 0) == (statuses[0] == "completed"), done.stdout
     results = drive_cars(route=ROUTE, cars=cars, sim_options={"next_car": next_car})
     names = {"ego_vehicle": "report", "hero1": "report_hero1", "hero2": "report_hero2"}

@@ -19,6 +19,7 @@ from std_msgs.msg import Bool
 from sdc_common.processes import wait_until
 from sdc_package.odometry import pose_and_speed
 from sdc_testing import MessageListener, wait_for_subscriber
+from sdc_testing.program import run
 from sdc_testing.virtual_display import VirtualDisplay
 
 EGO = "/carla/ego_vehicle"
@@ -198,15 +199,8 @@ class ManualControlTest(unittest.TestCase):
         for name in ("", ":63"):
             environment = {**os.environ, "DISPLAY": name}
             environment.pop("SDL_VIDEODRIVER", None)
-            done = subprocess.run(
-                ["rosrun", "sdc_sim", "manual_control.py", "__name:=manual_control"],
-                env=environment,
-                check=False,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                text=True,
-                timeout=LIMIT_S,
-            )
+            client = "rosrun", "sdc_sim", "manual_control.py", "__name:=manual_control"
+            done = run(*client, environment=environment)
             self.assertEqual(done.returncode, 1, done.stdout)
             self.assertRegex(done.stdout, "(?m)^.*manual_control: there is no display")
             self.assertEqual(len(done.stdout.strip().splitlines()), 1, done.stdout)

@@ -3,17 +3,18 @@
 import json
 import math
 import os
-import subprocess
 from pathlib import Path
 
 import pytest
 import rosbag
 
+from sdc_testing.program import run
+
 pytestmark = pytest.mark.slow(25)
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "..", ".."))
+DRIVE = os.path.join(ROOT, "drive")
 SHAPES = Path(__file__).parent.glob("*_shape/*.py")
-LIMIT_S = 200
 DEPENDENCIES = ("message_generation", "message_runtime", "nav_msgs", "rospy", "std_msgs", "tf")
 PACKAGE = {
     "package.xml": """<package format="2">
@@ -113,7 +114,8 @@ def workspace(tmp_path_factory):
         path.write_text(text)
         path.chmod(0o755)
     python_only = {**os.environ, "ROS_LANG_DISABLE": "gencpp:genlisp:geneus:gennodejs"}
-    done = run(["catkin_make", "-DPYTHON_EXECUTABLE=/usr/bin/python3"], folder, python_only)
+    build = "catkin_make", "-DPYTHON_EXECUTABLE=/usr/bin/python3"
+    done = run(*build, folder=folder, environment=python_only)
     assert done.returncode == 0, done.stdout
     return folder
 
@@ -123,20 +125,6 @@ def road(tmp_path):
     path = tmp_path / "straight.csv"
     path.write_text("".join(f"{x},{0.01 * x}\n" for x in range(61)))
     return path
-
-
-def run(command, folder, environment):
-    return subprocess.run(
-        command,
-        cwd=folder,
-        env={**environment, "PWD": str(folder)},
-        timeout=LIMIT_S,
-        check=False,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        errors="replace",
-    )
 
 
 def report_of(folder):
@@ -154,7 +142,7 @@ def test_list_of_nodes_drives_and_its_path_is_read_and_recorded(
     ]
     options = ["headless:=true", "sync:=true", "camera:=false", "record:=true"]
     options += ["sim_options:={unstamped_patience_s: 0.01}", "referee_options:={pictures: false}"]
-    done = run([os.path.join(ROOT, "drive"), *arguments, *options], tmp_path, environment)
+    done = run(DRIVE, *arguments, *options, folder=tmp_path, environment=environment)
     assert done.returncode == 0, done.stdout
     for part in ("Traceback", "refused a message", "md5sum"):
         assert part not in done.stdout
@@ -176,10 +164,11 @@ def test_nodes_of_the_original_workshop_drive_by_the_commands_of_the_page(
     clean = next(line for line in section.splitlines() if "tr -d" in line)
     drive = section[section.index("./drive") :].split("\n\n")[0]
     commands = f"{clean}\n{drive} headless:=true camera:=false"
-    commands = commands.replace("./drive", os.path.join(ROOT, "drive"))
+    commands = commands.replace("./drive", DRIVE)
     commands = commands.replace("PATH_OF_THE_SOLUTION/waypoints.csv", "published.csv")
     (tmp_path / "original").symlink_to(workspace)
-    done = run(["bash", "-ec", commands], tmp_path, {**environment, "HOME": str(tmp_path)})
+    home = {**environment, "HOME": str(tmp_path)}
+    done = run("bash", "-ec", commands, folder=tmp_path, environment=home)
     assert done.returncode == 0, done.stdout
     report = report_of(tmp_path)
     assert report["status"] == "completed"
@@ -198,7 +187,7 @@ def test_follower_of_autoware_minis_shape_drives_by_ackermann_targets(
     ]
     options = ["headless:=true", "sync:=true", "camera:=false"]
     options += ["referee_options:={pictures: false}"]
-    done = run([os.path.join(ROOT, "drive"), *arguments, *options], tmp_path, environment)
+    done = run(DRIVE, *arguments, *options, folder=tmp_path, environment=environment)
     assert done.returncode == 0, done.stdout
     report = report_of(tmp_path)
     assert report["status"] == "completed"
@@ -215,11 +204,11 @@ def test_check_in_an_overlay_drives_its_launch_file_in_our_world(
     overlay = ["bash", "-c", 'uri=$ROS_MASTER_URI; source "$0" && ROS_MASTER_URI=$uri "$@"']
     overlay.append(str(workspace / "devel" / "setup.bash"))
     stack = [f"workspace:={workspace}", "stack:=sdc_package/nodes.launch"]
-    done = run([*overlay, *check, *stack], tmp_path, environment)
+    done = run(*overlay, *check, *stack, folder=tmp_path, environment=environment)
     assert done.returncode == 0, done.stdout
     assert report_of(tmp_path)["status"] == "completed"
 
-    done = run([*overlay, *check], tmp_path, environment)
+    done = run(*overlay, *check, folder=tmp_path, environment=environment)
     assert done.returncode != 0
     assert "add workspace:=" in done.stdout
 
@@ -237,7 +226,7 @@ def test_stack_that_cannot_drive_ends_with_one_line(
     workspace, environment, tmp_path, arguments, parts
 ):
     given = [argument.format(workspace) for argument in arguments]
-    done = run([os.path.join(ROOT, "drive"), "headless:=true", *given], tmp_path, environment)
+    done = run(DRIVE, "headless:=true", *given, folder=tmp_path, environment=environment)
     assert done.returncode != 0
     assert len(done.stdout.splitlines()) == 1, done.stdout
     assert [part for part in parts if part.format(workspace) not in done.stdout] == []

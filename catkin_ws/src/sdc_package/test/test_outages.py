@@ -17,24 +17,15 @@ ROOT = os.path.abspath(os.path.join(HERE, "..", "..", "..", ".."))
 DRIVE = os.path.join(ROOT, "drive")
 # Roslaunch logs this word when it has to kill a node.
 ESCALATION = "escalating"
+OPTIONS = ["headless:=true", "camera:=false", "referee_options:={pictures: false}"]
 
 
 def test_nodes_without_a_clock_log_what_they_wait_for_and_end_at_once(environment, start):
-    nodes = (
-        "camera",
-        "mission_planner",
-        "local_planner",
-        "simple_controller",
-        "carla_relay",
-        "referee",
-        "show",
-    )
+    nodes = "camera mission_planner local_planner simple_controller carla_relay referee show"
     launch = start(["roslaunch", os.path.join(HERE, "without_world.launch")], environment)
-    launch.wait_for_output(*(f"{node}: waiting for /clock" for node in nodes))
-    assert "local_planner: waiting for /clock" in launch.output
-    assert (
-        "no publisher of /carla/ego_vehicle/obstacles, /carla/ego_vehicle/odometry" in launch.output
-    )
+    launch.wait_for_output(*(f"{node}: waiting for /clock" for node in nodes.split()))
+    missing = "no publisher of /carla/ego_vehicle/obstacles, /carla/ego_vehicle/odometry"
+    assert missing in launch.output
     launch.interrupt()
     assert ESCALATION not in launch.output
     assert "Traceback" not in launch.output
@@ -49,28 +40,14 @@ def roscore(start, environment):
 @pytest.mark.nightly
 def test_drive_continues_without_its_roscore(environment, start, route, tmp_path):
     core = roscore(start, environment)
-    drive = start(
-        [
-            "roslaunch",
-            "sdc_package",
-            "all.launch",
-            "headless:=true",
-            "camera:=false",
-            f"waypoints_path:={route}",
-            "planned_speed_mps:=4",  # the drive outlasts the next check of the master
-            "referee_options:={pictures: false}",
-        ],
-        environment,
-    )
+    # The drive outlasts the next check of the master.
+    options = [f"waypoints_path:={route}", "planned_speed_mps:=4", *OPTIONS]
+    drive = start(["roslaunch", "sdc_package", "all.launch", *options], environment)
     drive.wait_for_output("published a route")
     wait_for_progress(drive)
     core.interrupt()
-    drive.wait_for_output(
-        *(
-            f"{node}: no roscore responds"
-            for node in ("sim", "local_planner", "simple_controller", "referee")
-        )
-    )
+    nodes = "sim", "local_planner", "simple_controller", "referee"
+    drive.wait_for_output(*(f"{node}: no roscore responds" for node in nodes))
     assert drive.wait_for_end() == 0, drive.output
     report = json.loads((tmp_path / "report" / "report.json").read_text())
     assert report["status"] == "completed"
@@ -88,8 +65,7 @@ def wait_for_progress(drive):
 
 @pytest.mark.nightly
 def test_drive_whose_own_master_is_killed_ends_with_a_report(environment, start, tmp_path):
-    options = ["headless:=true", "camera:=false", "referee_options:={pictures: false}"]
-    drive = start([DRIVE, *options], environment)
+    drive = start([DRIVE, *OPTIONS], environment)
     wait_for_progress(drive)
     os.kill(drive.pid_of("rosmaster"), signal.SIGKILL)
     assert drive.wait_for_end() not in (0, None)
@@ -114,17 +90,8 @@ def small_disk(folder):
 @pytest.mark.nightly
 def test_drive_completes_when_the_disk_is_full(environment, start, bend, tmp_path):
     with small_disk(tmp_path / "small"):
-        drive = start(
-            [
-                DRIVE,
-                "headless:=true",
-                "sync:=true",
-                "camera:=false",
-                f"waypoints_path:={bend}",
-                "report:=small/report.json",
-            ],
-            environment,
-        )
+        options = ["headless:=true", "sync:=true", "camera:=false", f"waypoints_path:={bend}"]
+        drive = start([DRIVE, *options, "report:=small/report.json"], environment)
         assert drive.wait_for_end() not in (0, None)
     assert "referee: completed: 100.0 %" in drive.output
     assert "No space left on device" in drive.output

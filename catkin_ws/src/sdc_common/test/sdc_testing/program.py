@@ -9,6 +9,7 @@ import subprocess
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from sdc_common.processes import matching, processes_with
 
@@ -16,6 +17,23 @@ _TIMEOUT_S = 240.0
 # A drive from start to end.
 _END_TIMEOUT_S = 400.0
 _SHOWN_CHARACTERS = 5000
+
+
+def run(
+    *command: object, folder: Path | str = ".", environment: Mapping[str, str] = os.environ
+) -> subprocess.CompletedProcess[Any]:
+    """Run a program in a folder until it ends; its output contains its errors."""
+    return subprocess.run(
+        [str(word) for word in command],
+        cwd=folder,
+        env={**environment, "PWD": os.path.abspath(folder)},
+        timeout=_END_TIMEOUT_S,
+        check=False,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+    )
 
 
 class Program:
