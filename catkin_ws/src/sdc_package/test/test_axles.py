@@ -1,4 +1,4 @@
-"""The paths of the axles while the car's centre follows a line."""
+"""What steering methods share: the paths of the axles, and the prediction of the pose."""
 
 import math
 
@@ -6,6 +6,7 @@ import pytest
 
 from sdc_common.geometry.polyline import Polyline
 from sdc_package.steering.axles import Axles, axle_path
+from sdc_package.steering.method import predicted_pose
 
 BEND = [(0, 0), (1, 0.1), (1.7, 0.22), (3, 0.54), (3.6, 0.72), (4.5, 1.06), (5, 1.3), (5.8, 1.74)]
 SOFT = Axles(front_m=1.2, rear_m=1.6, front_compliance=0.008, rear_compliance=0.006)
@@ -57,3 +58,23 @@ def test_axle_follows_the_kinematic_bicycle_and_the_slip_of_its_tyres(ahead_m, s
 def test_invalid_axles_are_refused(change, message):
     with pytest.raises(ValueError, match=f"^{message}"):
         Axles(**{**vars(SOFT), **change})
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.5, -2.0])
+@pytest.mark.parametrize("rate", [0.0, 1.0, -0.8])
+def test_prediction_follows_the_arc_of_the_car(yaw, rate):
+    """Many small steps along the heading give the arc."""
+    x, y, heading = 1.0, 2.0, yaw
+    for _ in range(1000):
+        heading += 0.5 * rate * 0.3 / 1000
+        x, y = x + 0.003 * math.cos(heading), y + 0.003 * math.sin(heading)
+        heading += 0.5 * rate * 0.3 / 1000
+    predicted = predicted_pose(1.0, 2.0, yaw, 10.0, rate, 0.3)
+    assert predicted == pytest.approx((x, y, yaw + 0.3 * rate), abs=0.02)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_jump_of_the_pose_is_not_a_yaw_rate(side):
+    wanted = predicted_pose(1.0, 2.0, 0.5, 10.0, side * 1.5, 0.1)
+    assert predicted_pose(1.0, 2.0, 0.5, 10.0, side * 60.0, 0.1) == wanted
+    assert wanted[2] == pytest.approx(0.5 + side * 0.15)

@@ -8,7 +8,6 @@ from planned_roads import SETTINGS
 
 from sdc_common.geometry.route import Route
 from sdc_common.planning.stop_line import GREEN, RED, YELLOW, StopLine
-from sdc_common.ros.conversion import stop_lines
 from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 
 OFF, UNKNOWN = 3, 4
@@ -80,7 +79,7 @@ def test_monitor_without_messages_stops_nowhere_and_accepts_states_without_a_sta
     monitor.set_states([Message(id=7, state=RED)], stamped=False)
     assert monitor.states == {7: RED}
     assert stop(monitor, 60.0, 10.0) is None, "its line is not known"
-    monitor.lines = stop_lines(info(0.0, (LINE - 10.0, -20.0)))
+    monitor.lines = {7: StopLine(LINE, 0.0, 1.75)}
     assert stop(monitor, 60.0, 10.0) == pytest.approx(STOP)
 
 
@@ -91,24 +90,6 @@ def test_states_without_a_stamp_are_ignored_while_stamped_ones_arrive():
     monitor.set_states([], stamped=True)
     monitor.set_states([Message(id=7, state=GREEN)], stamped=False)
     assert monitor.states == {7: GREEN}
-
-
-def info(yaw, centre, size=(1.0, 3.5)):
-    return Message(
-        traffic_lights=[
-            Message(
-                id=7,
-                transform=Message(
-                    position=Message(x=10.0, y=20.0, z=0.0),
-                    orientation=Message(x=0.0, y=0.0, z=np.sin(yaw / 2), w=np.cos(yaw / 2)),
-                ),
-                trigger_volume=Message(
-                    center=Message(x=centre[0], y=centre[1], z=0.0),
-                    size=Message(x=size[0], y=size[1]),
-                ),
-            )
-        ]
-    )
 
 
 @pytest.mark.parametrize(
