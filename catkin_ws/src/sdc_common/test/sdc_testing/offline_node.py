@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any, NoReturn
 
 import pytest
@@ -36,9 +37,13 @@ class OfflineNode:
         self.config = config
         self.instance: Any = None
 
-    def subscribe(self, topic: str, _: type, callback: Callable, **options: Any) -> None:
+    def subscribe(
+        self, topic: str, _: type, callback: Callable, callback_args: Any = None, **options: Any
+    ) -> SimpleNamespace:
         """Take the place of rospy.Subscriber."""
-        self.receive[topic] = callback
+        arguments = () if callback_args is None else (callback_args,)
+        self.receive[topic] = lambda message: callback(message, *arguments)
+        return SimpleNamespace(unregister=lambda: self.receive.pop(topic, None))
 
     def serve(self, name: str, _: type, handler: Callable) -> None:
         """Take the place of rospy.Service."""
@@ -80,6 +85,7 @@ def offline_node(
 
     for attribute, value in (
         ("get_param", get_param),
+        ("set_param", lambda name, value: config.update({name.lstrip("~"): value})),
         ("init_node", lambda name: None),
         ("logwarn_throttle", lambda seconds, text: None),
         ("loginfo", lambda text, *values: None),
