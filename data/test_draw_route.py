@@ -1,6 +1,5 @@
 import math
 import os
-import subprocess
 import sys
 
 import numpy as np
@@ -8,8 +7,10 @@ import pytest
 import yaml
 
 from sdc_sim.road.route_generator import RouteSpecError, curvature_profile, generate_route
+from sdc_testing.program import run
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
+SCRIPT = sys.executable, os.path.join(FOLDER, "draw_route.py")
 
 
 def spec(*elements, heading_deg=0.0):
@@ -61,12 +62,7 @@ def test_error_names_the_element(element, part):
 
 def test_packaged_route_is_drawn_from_its_list(tmp_path):
     path = tmp_path / "route.csv"
-    script = os.path.join(FOLDER, "draw_route.py")
-    subprocess.run(
-        [sys.executable, script, os.path.join(FOLDER, "town.yaml"), str(path)],
-        check=True,
-        stdout=subprocess.DEVNULL,
-    )
+    assert run(*SCRIPT, os.path.join(FOLDER, "town.yaml"), path).returncode == 0
     with open(os.path.join(FOLDER, "waypoints.csv"), encoding="utf-8") as file:
         assert path.read_text() == file.read()
 
@@ -87,17 +83,7 @@ def test_packaged_route_has_its_documented_length_and_bends():
 def test_bad_file_is_reported_in_one_line(tmp_path):
     path = tmp_path / "route.yaml"
     path.write_text("elements: []\n")
-    done = subprocess.run(
-        [
-            sys.executable,
-            os.path.join(FOLDER, "draw_route.py"),
-            str(path),
-            str(tmp_path / "out.csv"),
-        ],
-        stderr=subprocess.PIPE,
-        text=True,
-        check=False,
-    )
+    done = run(*SCRIPT, path, tmp_path / "out.csv")
     assert done.returncode == 1
-    assert len(done.stderr.splitlines()) == 1
-    assert str(path) in done.stderr
+    assert len(done.stdout.splitlines()) == 1
+    assert str(path) in done.stdout

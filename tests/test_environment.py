@@ -1,10 +1,11 @@
 """What a sourced terminal knows of the network, and which of CARLA's packages the build uses."""
 
 import os
-import subprocess
 from pathlib import Path
 
 import pytest
+
+from sdc_testing.program import run
 
 ROOT = Path(__file__).resolve().parents[1]
 SETUP = ROOT / "catkin_ws" / "devel" / "setup.bash"
@@ -23,26 +24,15 @@ SETUP = ROOT / "catkin_ws" / "devel" / "setup.bash"
 def test_terminal_listens_on_loopback_unless_the_user_has_set_an_address(variables, ros_ip):
     network = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME")
     environment = {name: value for name, value in os.environ.items() if name not in network}
-    done = subprocess.run(
-        ["bash", "-c", 'source "$0" && echo "$ROS_IP"', str(SETUP)],
-        env={**environment, **variables},
-        stdout=subprocess.PIPE,
-        text=True,
-        check=True,
-    )
-    assert done.stdout.strip() == ros_ip
+    command = "bash", "-c", 'source "$0" && echo "$ROS_IP"', SETUP
+    assert run(*command, environment={**environment, **variables}).stdout.strip() == ros_ip
 
 
 def found(prefix):
     """Return what the build leaves out while packages are installed below this folder."""
-    return subprocess.run(
-        ["bash", "-c", ". docker/environment; NOETIC=; installed_message_packages"],
-        cwd=ROOT,
-        env={**os.environ, "CMAKE_PREFIX_PATH": str(prefix)},
-        stdout=subprocess.PIPE,
-        text=True,
-        check=True,
-    ).stdout
+    command = "bash", "-ec", ". docker/environment; NOETIC=; installed_message_packages"
+    environment = {**os.environ, "CMAKE_PREFIX_PATH": str(prefix)}
+    return run(*command, folder=ROOT, environment=environment).stdout
 
 
 def test_build_uses_an_installed_package_instead_of_the_own_one(tmp_path):

@@ -2,14 +2,13 @@
 
 import contextlib
 import os
-import time
 
 import cv2
 import numpy as np
 from selenium.common.exceptions import NoSuchElementException, StaleElementReferenceException
 from selenium.webdriver.common.by import By
 
-from sdc_common.processes import isolated_ros_environment
+from sdc_common import processes
 from sdc_testing.program import Program
 from sdc_workshop.workspace import PROJECT
 
@@ -20,19 +19,13 @@ CANVAS = "#noVNC_container canvas"
 
 def wait_until(condition, what):
     """Return the first true value of a condition."""
-    limit = time.monotonic() + LIMIT_S
-    while True:
-        value = condition()
-        if value:
-            return value
-        assert time.monotonic() < limit, f"timed out: {what}"
-        time.sleep(0.3)  # A look at the page may be a screenshot.
+    return processes.wait_until(condition, LIMIT_S, what)
 
 
 @contextlib.contextmanager
 def served(name, folder):
     """Run ./workshop/NAME at home in a folder; yield the program and the URL that it prints."""
-    with isolated_ros_environment(folder / "ros") as environment:
+    with processes.isolated_ros_environment(folder / "ros") as environment:
         environment = {**environment, "HOME": str(folder), "LC_ALL": "C.UTF-8"}
         environment.pop("DISPLAY", None)
         service = Program([PROJECT / "workshop" / name], environment, folder, folder / "log")
