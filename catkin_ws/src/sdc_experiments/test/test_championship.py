@@ -23,6 +23,7 @@ from sdc_experiments.championship.mission import car_of
 from sdc_experiments.championship.score import points
 from sdc_experiments.sandbox import SandboxError
 from sdc_experiments.sweep.dask_engine import Outcome
+from sdc_testing.chromium import check_page, headless_chromium
 
 pytestmark = pytest.mark.slow(40)
 TICK_NS, MS = 50_000_000, 1_000_000
@@ -307,3 +308,5 @@ def test_new_driver_is_tried_from_a_terminal(tmp_path, honest, monkeypatch, caps
         monkeypatch.setattr("sys.argv", [*words, "--scheduler", cluster.scheduler_address])
         assert sdc.main() == 0
     assert capsys.readouterr().out.splitlines()[-1] == last
+    with headless_chromium() as browser:
+        check_page(browser, Path("report/championship/mine.html").resolve().as_uri())
