@@ -11,7 +11,7 @@ import numpy as np
 
 from sdc_map.findings import Findings
 from sdc_map.opendrive_lanes import pieces
-from sdc_map.road_geometry import piecewise_cubic, reference_line, sections
+from sdc_map.road_geometry import piecewise_cubic, point_at, reference_line, sections
 
 # Length of a connecting road where two roads meet at one point [m].
 _SHORTEST_M = 0.1
@@ -52,7 +52,7 @@ def write_connecting_roads(root: ElementTree.Element, findings: Findings) -> Non
             # The other end of the incoming road may be linked to the same junction.
             nearer, contact = min(
                 itertools.product(_ENDS, contacts),
-                key=lambda ends: abs(_place(incoming, ends[0]) - _place(linked, ends[1])),
+                key=lambda ends: math.dist(_place(incoming, ends[0]), _place(linked, ends[1])),
             )
             for link in connection.findall("laneLink"):
                 first = _end(incoming, nearer, link.attrib["from"])
@@ -60,7 +60,7 @@ def write_connecting_roads(root: ElementTree.Element, findings: Findings) -> Non
                 if not first or not last or first.leads_in == last.leads_in:
                     text = f"junction {name}, lane {link.get('from')} to {link.get('to')}"
                     what = "links of direct junctions between other lanes"
-                    findings.add(what, text, connection.attrib["incomingRoad"])
+                    findings.add(what, text, _place(incoming, "start"))
                     continue
                 if last.leads_in:
                     first, last = last, first
@@ -73,10 +73,9 @@ def write_connecting_roads(root: ElementTree.Element, findings: Findings) -> Non
                 ElementTree.SubElement(row, "laneLink", {"from": first.lane, "to": "-1"})
 
 
-def _place(road: ElementTree.Element, contact: str) -> complex:
-    """Return the start or the end of the reference line of a road, as a complex number [m]."""
-    s = np.array([0.0 if contact == "start" else float(road.attrib["length"])])
-    return complex(*reference_line(road, s)[0][0])
+def _place(road: ElementTree.Element, contact: str) -> tuple[float, float]:
+    """Return the start or the end of the reference line of a road [m]."""
+    return point_at(road, 0.0 if contact == "start" else float(road.attrib["length"]))
 
 
 def _end(road: ElementTree.Element, contact: str, name: str) -> _End | None:

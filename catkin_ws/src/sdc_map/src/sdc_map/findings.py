@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Iterator
+from typing import Iterator, NamedTuple, Optional, Tuple
+
+Point = Optional[Tuple[float, float]]
 
 
-@dataclass
-class FilePlace:
+class FilePlace(NamedTuple):
     """A place in a file."""
 
     text: str  # by which a person finds it, such as "road 7 at 30 m"
-    road: str = ""  # the road of OpenDRIVE on which it is, "" if it is on none
-    s_m: float = 0.0  # distance along that road [m]
-    point_m: tuple[float, float] | None = None  # x and y in the map, None if they are unknown [m]
+    point_m: Point  # x and y in the map, None if they are unknown [m]
 
 
 @dataclass
@@ -23,16 +22,9 @@ class Findings:
     places: dict[str, list[FilePlace]] = field(default_factory=dict)
     side: str = ""  # by what of the file traffic is on its side, "" if the format says it
 
-    def add(
-        self,
-        kind: str,
-        text: str,
-        road: str = "",
-        s_m: float = 0.0,
-        point_m: tuple[float, float] | None = None,
-    ) -> None:
+    def add(self, kind: str, text: str, point_m: Point = None) -> None:
         """Add a place of a kind of thing; see FilePlace."""
-        self.places.setdefault(kind, []).append(FilePlace(text, road, s_m, point_m))
+        self.places.setdefault(kind, []).append(FilePlace(text, point_m))
 
     def lines(self) -> Iterator[str]:
         """Yield a line for each kind, with the number of its places and the first one."""

@@ -171,5 +171,5 @@ def mirrored(network: Network) -> Network:
         for place in places:
             text = _PLACE.sub(lambda at: f"({at[1]}, {_negated(at[2])})", place.text)
             point_m = place.point_m and (place.point_m[0], -place.point_m[1])
-            left.findings.add(kind, text, place.road, place.s_m, point_m)
+            left.findings.add(kind, text, point_m)
     return left

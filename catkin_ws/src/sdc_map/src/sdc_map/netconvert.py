@@ -7,7 +7,7 @@ import os
 import re
 import xml.etree.ElementTree as ElementTree
 import zlib
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,15 +15,18 @@ from sdc_common.geometry.road_line import arc_lengths
 from sdc_map.findings import Findings
 from sdc_map.mirror import move_net
 from sdc_map.opendrive_file import read_opendrive, shift_to_origin
+from sdc_map.opendrive_lanes import OpenDriveLanes
 from sdc_map.osm_file import read_osm
 from sdc_map.sumo_programs import MapError, cached, run
 from sdc_map.yellow import lengthen_yellow
 
+# File with objects of OpenDRIVE beside SUMO's network.
+POLYGONS = "map.poly.xml"
 _OPTIONS = ("--no-turnarounds", "--offset.disable-normalization", "--precision", "4")
 # With these, centre lines are within 5 cm of the lanes of OpenDRIVE, in junctions within 20 cm.
 # `--opendrive.lane-shapes` would move lanes beside a median by metres.
 _OPENDRIVE = (
-    *("--opendrive-files=../map.xodr", "--polygon-output=map.poly.xml"),
+    *("--opendrive-files=../map.xodr", f"--polygon-output={POLYGONS}"),
     *("--opendrive.curve-resolution", "0.5", "--opendrive.advance-stopline", "0"),
     *("--opendrive.internal-shapes", "--output.original-names"),
     # A light of a junction is also named by the roads near it: no light where two of them meet.
@@ -59,10 +62,9 @@ class MapSource:
     """The files of a map."""
 
     net_path: str  # SUMO's network
-    crosswalks_path: str = ""  # crosswalks of OpenDRIVE, "" for other maps
-    opendrive: ElementTree.Element | None = None  # the tree of OpenDRIVE, None for other maps
-    findings: Findings = field(default_factory=Findings)
-    is_mirror: bool = False  # whether traffic is on the left in the map, of which this is mirrored
+    findings: Findings
+    is_mirror: bool  # whether traffic is on the left in the map, of which this is mirrored
+    opendrive: OpenDriveLanes | None = None  # the lanes of OpenDRIVE, None for other maps
 
 
 def map_source(path: str) -> MapSource:
@@ -78,7 +80,7 @@ def map_source(path: str) -> MapSource:
         if name.endswith(".pbf"):
             fix = "write it as XML: osmium cat FILE.osm.pbf -o FILE.osm"
         raise MapError(f"{path}: is no map by its ending; {fix}")
-    root, findings = _parsed(path, tag), Findings()
+    root, findings, lanes = _parsed(path, tag), Findings(), None
     options: tuple[str, ...] = _OPENDRIVE
     try:
         if tag == "net":
@@ -86,23 +88,19 @@ def map_source(path: str) -> MapSource:
                 named = os.path.join(os.path.dirname(path), root.attrib["mirrorOf"])
                 return replace(map_source(named), is_mirror=True)
             net_path, is_left = _moved(path, root, findings)
-            return MapSource(net_path, findings=findings, is_mirror=is_left)
+            return MapSource(net_path, findings, is_left)
         if tag == "OpenDRIVE":
             is_left = read_opendrive(root, findings)
-            files = {"map.xodr": ElementTree.tostring(root)}
+            files, lanes = {"map.xodr": ElementTree.tostring(root)}, OpenDriveLanes(root)
         else:
-            content, types, projection, is_left = read_osm(root, findings)
-            files, options = {"map.osm": content, "types.xml": types}, (*_OSM, projection)
+            files, projection, is_left = read_osm(root, findings)
+            options = (*_OSM, projection)
     except LookupError as error:
         raise MapError(f"{path}: lacks a part ({error!r}); {_FIXES[tag]}") from None
     except ValueError as error:
         raise MapError(f"{path}: {error}") from None
-    folder = _converted(path, files, options, _FIXES[tag])
-    net_path = os.path.join(folder, _NET)
-    if tag == "osm":
-        return MapSource(net_path, findings=findings, is_mirror=is_left)
-    crosswalks_path = os.path.join(folder, "map.poly.xml")
-    return MapSource(net_path, crosswalks_path, root, findings, is_left)
+    net_path = _converted(path, files, options, _FIXES[tag])
+    return MapSource(net_path, findings, is_left, lanes)
 
 
 def _parsed(path: str, tag: str) -> ElementTree.Element:
@@ -145,12 +143,8 @@ def _moved(path: str, root: ElementTree.Element, findings: Findings) -> tuple[st
     is_left = move_net(root, shift_m)
     if not (findings.places or is_left):
         return path, False
-    content = _text(root)
-
-    def make(made: str) -> None:
-        _write(content, made)
-
-    return os.path.join(cached(content, make), _NET), is_left
+    folder = cached(ElementTree.tostring(root), lambda made: _write(root, made))
+    return os.path.join(folder, _NET), is_left
 
 
 def net_with_lines(path: str, lines_m: dict[str, np.ndarray]) -> str:
@@ -166,26 +160,21 @@ def net_with_lines(path: str, lines_m: dict[str, np.ndarray]) -> str:
                 lane.set("shape", " ".join(points))
                 if name[0] == ":":  # the lanes of an edge have one length in SUMO
                     lane.set("length", f"{arc_lengths(line_m[:, :2])[-1]:.2f}")
-        _write(_text(root), made)
+        _write(root, made)
 
     lines = (name.encode() + line_m.tobytes() for name, line_m in lines_m.items())
     return os.path.join(cached(path.encode() + b"".join(lines), make), _NET)
 
 
-def _write(content: bytes, folder: str) -> None:
-    with open(os.path.join(folder, _NET), "wb") as file:
-        file.write(content)
-
-
-def _text(root: ElementTree.Element) -> bytes:
-    """Return the text of a network; libsumo would look for data of projections."""
+def _write(root: ElementTree.Element, folder: str) -> None:
+    """Write a network into a folder; libsumo would look for data of projections."""
     for location in root.iter("location"):
         location.set("projParameter", "!")
-    return ElementTree.tostring(root)
+    ElementTree.ElementTree(root).write(os.path.join(folder, _NET))
 
 
 def _converted(path: str, files: dict[str, bytes], options: tuple[str, ...], fix: str) -> str:
-    """Return the folder of the cache with what netconvert makes of files, by their names."""
+    """Return the path in the cache of what netconvert makes of files, by their names."""
     options = (*options, *_OPTIONS)
 
     def make(made: str) -> None:
@@ -196,6 +185,7 @@ def _converted(path: str, files: dict[str, bytes], options: tuple[str, ...], fix
         run("netconvert", [*options, f"--output-file={_NET}"], net_path, path, fix)
         root = ElementTree.parse(net_path).getroot()
         lengthen_yellow(root)
-        _write(_text(root), made)
+        _write(root, made)
 
-    return cached("\n".join((*options, "yellow", "")).encode() + b"".join(files.values()), make)
+    key = "\n".join((*options, "yellow", "")).encode() + b"".join(files.values())
+    return os.path.join(cached(key, make), _NET)

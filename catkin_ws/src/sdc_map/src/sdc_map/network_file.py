@@ -30,7 +30,7 @@ from sdc_map.findings import Findings
 from sdc_map.joints import joint
 from sdc_map.map_file import map_file
 from sdc_map.mirror import mirrored
-from sdc_map.netconvert import map_source, net_with_lines
+from sdc_map.netconvert import POLYGONS, map_source, net_with_lines
 from sdc_map.network import (
     BICYCLE,
     BROKEN,
@@ -82,11 +82,7 @@ def load_network(path: str) -> Network:
 @lru_cache(maxsize=2)
 def _loaded(path: str, _: int) -> Network:
     name, source = os.path.basename(path).partition(".")[0], map_source(path)
-    try:
-        own = None if source.opendrive is None else OpenDriveLanes(source.opendrive)
-    except (LookupError, ValueError) as error:
-        text = f"is not valid OpenDRIVE ({error!r}); check it with asam-qc-opendrive"
-        raise MapError(f"{path}: {text}") from None
+    own, findings = source.opendrive, source.findings
     try:
         from sumolib.net import readNet
     except ImportError:
@@ -97,26 +93,22 @@ def _loaded(path: str, _: int) -> Network:
     try:
         net = readNet(source.net_path, **options)
         _check(net)
-        crosswalks = list(_polygons(source.crosswalks_path)) if own else []
+        crosswalks = list(_polygons(source.net_path)) if own else []
         places = re.sub(r"(?i)\.net\.xml(\.gz)?$", ".add.xml", path)
         if not os.path.exists(places):  # those of the map of which this one is the mirror image
             places = source.net_path.replace(".net.xml", ".add.xml")
-        network = _network(
-            name, net, own, crosswalks, "" if places == path else places, source.findings
-        )
+        places = "" if places == path else places
+        network = _network(name, net, own, crosswalks, places, findings)
     except DocumentError as error:
         raise MapError(f"{path}: {error}") from None
     except (ValueError, LookupError, AttributeError, TypeError, SAXException) as error:
         text = f"is no complete network of SUMO ({error!r})"
         raise MapError(f"{path}: {text}; make it again with netconvert") from None
+    network.net_path, network.findings = source.net_path, findings
     if own is None:
-        _name_unread(net, source.findings)
-    network.net_path, network.findings = source.net_path, source.findings
-    if own is not None:
+        _name_unread(net, findings)
+    else:
         network.net_path = _net_of_traffic(net, network)
-    for place in (one for places in source.findings.places.values() for one in places):
-        line = own.line(place.road, "0", place.s_m, place.s_m) if own and place.road else None
-        place.point_m = place.point_m if line is None else tuple(line[0, :2].tolist())
     return mirrored(network) if source.is_mirror else network
 
 
@@ -152,14 +144,14 @@ def _name_unread(net: Any, findings: Findings) -> None:
         place = f"lane {lane.getID()}"
         kind, point_m = _kind(lane), tuple(lane.getShape()[0][:2])
         if kind != DRIVING and lane.allows("passenger"):
-            findings.add("lanes for cars below 2 m/s", place, point_m=point_m)
+            findings.add("lanes for cars below 2 m/s", place, point_m)
         elif kind == OTHER:
             users = min(lane.getPermissions(), default="no one")
-            findings.add(f"lanes for {users}", place, point_m=point_m)
+            findings.add(f"lanes for {users}", place, point_m)
     for node in net.getNodes():
         if node.getType() in ("rail_crossing", "rail_signal"):
             place = f"junction {node.getID()}"
-            findings.add("crossings of rails, always open", place, point_m=node.getCoord()[:2])
+            findings.add("crossings of rails, always open", place, node.getCoord())
 
 
 def _network(
@@ -426,8 +418,9 @@ def _junction(net: Any, node: Any, leads: dict[str, list[str]]) -> Junction:
     )
 
 
-def _polygons(path: str) -> Iterator[np.ndarray]:
-    """Read the crosswalks among the objects of an OpenDRIVE file."""
+def _polygons(net_path: str) -> Iterator[np.ndarray]:
+    """Read the crosswalks among the objects of an OpenDRIVE file, which are beside its network."""
+    path = os.path.join(os.path.dirname(net_path), POLYGONS)
     if os.path.exists(path):
         for one in ElementTree.parse(path).getroot().iter("poly"):
             if (one.get("type") or "").lower() == "crosswalk":

@@ -12,7 +12,7 @@ import numpy as np
 from sdc_map.direct_junctions import write_connecting_roads
 from sdc_map.findings import Findings
 from sdc_map.mirror import mirror_left_hand
-from sdc_map.road_geometry import cubics, sections
+from sdc_map.road_geometry import cubics, point_at, sections
 
 _UNITS_MPS = {"mph": 0.44704, "km/h": 1.0 / 3.6, "m/s": 1.0}
 # Limit where the file has "no limit" [m/s]: the recommended speed of German motorways, 130 km/h.
@@ -55,6 +55,7 @@ def read_opendrive(root: ElementTree.Element, findings: Findings) -> bool:
             header.remove(element)
     _refuse(root)
     _move(root, findings)
+    is_left = mirror_left_hand(root)
     _remove_open_links(root, findings)
     for element in root:
         if element.tag not in _READ:
@@ -65,13 +66,11 @@ def read_opendrive(root: ElementTree.Element, findings: Findings) -> bool:
         except (LookupError, ValueError) as error:
             reason = f"an element lacks {error}" if isinstance(error, LookupError) else error
             raise ValueError(f"road {road.get('id')}: {reason}; correct it there") from None
-    is_left = mirror_left_hand(root)
     write_connecting_roads(root, findings)
     return is_left
 
 
 def _read_road(road: ElementTree.Element, findings: Findings) -> None:
-    name = road.attrib["id"]
     for section, start_m, _ in sections(road):
         # netconvert takes lanes to be in this order.
         for side in (*section.findall("left"), *section.findall("right")):
@@ -80,8 +79,7 @@ def _read_road(road: ElementTree.Element, findings: Findings) -> None:
         for lane in section.iter("lane"):
             kind = lane.get("type", "")
             if kind in _NOT_DRIVEN or kind not in ("", "none", *_FOR_CARS, *_TYPES):
-                place = f"road {name} at {start_m:.0f} m"
-                findings.add(f"lanes of the type {kind}", place, name, start_m)
+                _add(findings, f"lanes of the type {kind}", road, start_m)
             lane.set("type", _TYPES.get(kind, kind))
     _write_limits(road)
     _write_arcs(road)
@@ -91,7 +89,8 @@ def _read_road(road: ElementTree.Element, findings: Findings) -> None:
     driven = [lane for lane in lanes if lane.get("type") in _FOR_CARS]
     is_limited = all(lane.find("speed") is not None for lane in driven)
     if not is_limited and road.get("junction", "-1") == "-1":
-        findings.add("roads without a limit, read as 50 km/h", f"road {name}", name)
+        place = f"road {road.get('id')}", point_at(road, 0.0)
+        findings.add("roads without a limit, read as 50 km/h", *place)
 
 
 def _refuse(root: ElementTree.Element) -> None:
@@ -160,7 +159,7 @@ def _remove_incomplete(road: ElementTree.Element, findings: Findings) -> None:
                 lacking = [name for name in names if not element.get(name)]
                 if lacking:
                     place = f"{kind} {element.get('id')} of road {road.get('id')}"
-                    findings.add(f"{kind}s without {lacking[0]}", place, road.attrib["id"])
+                    findings.add(f"{kind}s without {lacking[0]}", place, point_at(road, 0.0))
                     parent.remove(element)
 
 
@@ -177,8 +176,12 @@ def _name_unread(road: ElementTree.Element, findings: Findings) -> None:
             text = f"elements {tag}"
         else:
             continue
-        name, s_m = road.attrib["id"], float(element.get("s", 0.0))
-        findings.add(text, f"road {name} at {s_m:.0f} m", name, s_m)
+        _add(findings, text, road, float(element.get("s", 0.0)))
+
+
+def _add(findings: Findings, kind: str, road: ElementTree.Element, s_m: float) -> None:
+    """Add a place along a road [m]."""
+    findings.add(kind, f"road {road.get('id')} at {s_m:.0f} m", point_at(road, s_m))
 
 
 def _write_arcs(road: ElementTree.Element) -> None:

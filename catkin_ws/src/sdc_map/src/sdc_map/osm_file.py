@@ -8,7 +8,7 @@ import re
 import xml.etree.ElementTree as ElementTree
 from collections import defaultdict
 from pathlib import Path
-from typing import Collection, Iterator, Mapping, NamedTuple
+from typing import Collection, Iterator, Mapping
 
 import numpy as np
 
@@ -47,20 +47,14 @@ _LARGEST_DEGREES = 1.0
 _DEGREE_M = 111_200.0
 
 
-class OsmStreets(NamedTuple):
-    """The input of netconvert."""
+def read_osm(root: ElementTree.Element, findings: Findings) -> tuple[dict[str, bytes], str, bool]:
+    """Read the streets for cars of a file; what is left out is added to the findings.
 
-    content: bytes  # the streets in XML of OpenStreetMap
-    types: bytes  # their types in XML of SUMO
-    projection: str  # option that gives x and y around the middle of the streets
-    is_left: bool  # whether traffic is on the left in the file: then the streets are mirrored
+    Streets with traffic on the left are mirrored to the other side of the equator.
 
-
-def read_osm(root: ElementTree.Element, findings: Findings) -> OsmStreets:
-    """Return the streets for cars of a file; what is left out is added to the findings.
-
-    Streets with traffic on the left are mirrored to the other side of the equator; the first
-    element of the file has the attribute `lefthand` then.
+    Returns:
+        the files that netconvert reads by their names, its option that gives x and y around the
+        middle of the streets, and whether traffic is on the left
 
     Raises:
         ValueError: it has no street for cars
@@ -115,7 +109,7 @@ def read_osm(root: ElementTree.Element, findings: Findings) -> OsmStreets:
         if element.tag == "relation" and tags.get("type") == "restriction"
     )
     projection = "--proj=+proj=tmerc +ellps=WGS84 +units=m +lat_0={} +lon_0={}".format(*middle)
-    return OsmStreets(ElementTree.tostring(kept), _TYPES, projection, is_left)
+    return {"map.osm": ElementTree.tostring(kept), "types.xml": _TYPES}, projection, is_left
 
 
 def _tags(element: ElementTree.Element) -> dict[str, str]:

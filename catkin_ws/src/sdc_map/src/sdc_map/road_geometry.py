@@ -47,6 +47,12 @@ def reference_line(road: ElementTree.Element, s: np.ndarray) -> tuple[np.ndarray
     return np.column_stack([place.real, place.imag]), heading
 
 
+def point_at(road: ElementTree.Element, s_m: float) -> tuple[float, float]:
+    """Return x and y of the reference line at an arc length [m]."""
+    x_m, y_m = reference_line(road, np.array([s_m]))[0][0].tolist()
+    return x_m, y_m
+
+
 def _shape(shape: ElementTree.Element, t: np.ndarray, length_m: float) -> tuple:
     """Return places, as complex numbers, and directions at arc lengths along a shape."""
     if shape.tag == "line":
