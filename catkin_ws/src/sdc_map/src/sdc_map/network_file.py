@@ -14,7 +14,6 @@ import os
 import re
 import sys
 import xml.etree.ElementTree as ElementTree
-from dataclasses import replace
 from functools import lru_cache
 from typing import Any, Iterator
 from xml.sax import SAXException
@@ -24,6 +23,7 @@ from scipy.spatial import cKDTree
 
 from sdc_common.configuration import how_to_install
 from sdc_common.geometry.road_line import arc_lengths
+from sdc_common.geometry.route import interpolate
 from sdc_common.validation import DocumentError
 from sdc_map.drivable import without_bends
 from sdc_map.findings import Findings
@@ -175,8 +175,8 @@ def _network(
     lines = {name: _points(lane.getShape3D()) for name, lane in sources.items()}
     if own is not None:
         _take_lines_of_file(lines, sources, own, leads)
-    lanes = [_lane(lane, lines[one], own, leads[one], comes[one]) for one, lane in sources.items()]
-    lanes, refused = without_bends(_parted(lanes))
+    lanes = [_lane(lane, lines, own, leads[one], comes[one]) for one, lane in sources.items()]
+    lanes, refused = without_bends(lanes)
     for edge in net.getEdges():
         for lane in edge.getLanes() if edge.getFunction() == "crossing" else ():
             line = RoadLane("", _points(lane.getShape())[:, :2], lane.getWidth(), 0.0)
@@ -188,22 +188,21 @@ def _network(
     return Network(name, lanes, junctions, crosswalks, bays, stops)
 
 
-def _parted(lanes: list[RoadLane]) -> list[RoadLane]:
-    """Return lanes without changes between those of one edge that are not beside one another."""
-    known = {lane.id: lane for lane in lanes}
-    shares = np.array([0.0, 0.5, 1.0])
+def _neighbour(lane: Any, step: int, lines: dict[str, np.ndarray]) -> str:
+    """Return the lane of the same kind on the left (1) or right (-1) of a lane, "" if none is."""
+    lanes, number = lane.getEdge().getLanes(), lane.getIndex() + step
+    if not 0 <= number < len(lanes) or _kind(lanes[number]) != _kind(lane):
+        return ""
+    name = lanes[number].getID()
+    apart_m = _three_places(lines[lane.getID()]) - _three_places(lines[name])
+    width_m = lane.getWidth() + lanes[number].getWidth()
+    return name if np.hypot(*apart_m.T).max() < width_m else ""
 
-    def beside(lane: RoadLane, name: str) -> str:
-        if not name:
-            return ""
-        other = known[name]
-        apart_m = lane.at(shares * lane.length_m) - other.at(shares * other.length_m)
-        return name if np.hypot(*apart_m.T).max() < lane.width_m + other.width_m else ""
 
-    return [
-        replace(lane, left=beside(lane, lane.left), right=beside(lane, lane.right))
-        for lane in lanes
-    ]
+def _three_places(line: np.ndarray) -> np.ndarray:
+    """Return the start, the middle and the end (3, 2) of a line [m]."""
+    s = arc_lengths(line)
+    return interpolate(s[-1] * np.array([0.0, 0.5, 1.0]), s, line[:, :2])
 
 
 def _places(path: str, lanes: dict[str, RoadLane]) -> tuple[list[np.ndarray], list[np.ndarray]]:
@@ -309,18 +308,14 @@ def _ways_cross(node: Any) -> bool:
 
 def _lane(
     lane: Any,
-    points_m: np.ndarray,
+    lines: dict[str, np.ndarray],
     own: OpenDriveLanes | None,
     leads: list[str],
     comes: list[str],
 ) -> RoadLane:
-    edge, index = lane.getEdge(), lane.getIndex()
-    lanes = edge.getLanes()
+    edge, points_m = lane.getEdge(), lines[lane.getID()]
     internal = edge.getFunction() == "internal"
-    kinds = [_kind(one) for one in lanes]
-    right = lanes[index - 1].getID() if index > 0 and kinds[index - 1] == kinds[index] else ""
-    is_leftmost = index + 1 >= len(lanes) or kinds[index + 1] != kinds[index]
-    left = "" if is_leftmost else lanes[index + 1].getID()
+    left, right = ("" if internal else _neighbour(lane, step, lines) for step in (1, -1))
     markings, limit_mps = (NONE, NONE), lane.getSpeed()
     roads = [one.rpartition("_") for one in (lane.getParam("origId") or "").split()]
     if own is not None and roads:
@@ -341,8 +336,7 @@ def _lane(
         both = [_kind(each) for one in (edge, *twins) for each in one.getLanes()]
         single = both.count(DRIVING) == len(twins) + 1
         middle = SOLID if not twins else BROKEN if single else DOUBLE
-        markings = (middle if is_leftmost else BROKEN, BROKEN if right else SOLID)
-    own_junction = edge.getFromNode().getID() if internal else ""
+        markings = (BROKEN if left else middle, BROKEN if right else SOLID)
     return RoadLane(
         lane.getID(),
         points_m[:, :2],
@@ -351,10 +345,10 @@ def _lane(
         *markings,
         tuple(comes),
         tuple(leads),
-        "" if internal or markings[0] in _UNCROSSED else left,
-        "" if internal or markings[1] in _UNCROSSED else right,
-        kinds[index],
-        own_junction,
+        "" if markings[0] in _UNCROSSED else left,
+        "" if markings[1] in _UNCROSSED else right,
+        _kind(lane),
+        edge.getFromNode().getID() if internal else "",
         points_m[:, 2],
     )
 
