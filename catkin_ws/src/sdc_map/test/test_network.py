@@ -16,7 +16,7 @@ from sdc_common.geometry.road_line import sharpest_turn
 from sdc_common.geometry.route import Route
 from sdc_map import sumo_programs
 from sdc_map.crossings import crossings, places_along
-from sdc_map.joints import joint
+from sdc_map.drivable import joint
 from sdc_map.lane_graph import LaneGraph, NoRouteError
 from sdc_map.mission import plan_mission
 from sdc_map.network import (

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Iterator, Mapping, NamedTuple, Sequence
+from typing import Iterable, Iterator, Mapping, NamedTuple, Sequence
 
 import numpy as np
 
 from sdc_common.geometry.road_line import arc_lengths, turns_rad
 from sdc_common.geometry.route import interpolate
-from sdc_map.joints import curve
 from sdc_map.network import DRIVING, RoadLane, part_of
 
 # Radius of the rear axle's circle at full steer [m]: CARLA's car, 2.87 m / tan(2/3 * 70 degrees).
@@ -19,9 +18,8 @@ LEAST_RADIUS_M = 2.7
 _CHORD_M = 2.0
 # Points of a mission are 1 m apart, so that its greatest turns are up to a twentieth greater.
 _SHARPEST_RAD = 0.95 * _CHORD_M / LEAST_RADIUS_M
-# Two lanes that meet are bent if they turn by more, with chords of this length.
+# Lanes that meet are bent if they turn by more, with chords of _STEP_M: a radius below 1.9 m.
 _BENT_RAD = math.radians(15.0)
-_JOINT_CHORD_M = 0.5
 # Bends that are closer to each other are replaced by one curve [m].
 _CLUSTER_M = 8.0
 # A curve begins so far before the bends that it replaces, and ends so far behind them [m].
@@ -37,6 +35,11 @@ _STEP_M = 0.5
 _AROUND_M = 20.0
 # At most so many lanes before or behind a lane are looked at.
 _BRANCHES = 3
+# A shorter line in a junction, and one between lanes that are closer to each other, is as long as
+# its errors.
+_SHORTEST_M = 0.5
+# The direction of such a line is that of the lanes so close to it.
+_NEAR_M = 1.0
 
 
 class DrivableLine(NamedTuple):
@@ -56,7 +59,7 @@ def drivable_line(points_m: np.ndarray, joints_m: Sequence[float]) -> DrivableLi
     """
     s = arc_lengths(points_m)
     joints = np.array(joints_m)
-    bent = joints[turns_rad(points_m, s, joints, _JOINT_CHORD_M) > _BENT_RAD]
+    bent = joints[turns_rad(points_m, s, joints, _STEP_M) > _BENT_RAD]
     bends_m = np.sort(np.append(_sharp_m(points_m, s), bent))
     if not len(bends_m):
         return DrivableLine(points_m, s, ())
@@ -96,7 +99,7 @@ def _replacement(
         )
         before = part_of(points, s, max(start - _CHORD_M, 0.0), start)
         behind = part_of(points, s, end, min(end + _CHORD_M, s[-1]))
-        line = curve(_end_of(before), _end_of(behind[::-1])[::-1])
+        line = _curve(_end_of(before, _STEP_M), _end_of(behind[::-1], _STEP_M)[::-1])
         whole = np.vstack([before, line, behind])
         if len(_sharp_m(whole, arc_lengths(whole))):
             continue
@@ -111,10 +114,10 @@ def _replacement(
     return close[0] if close else closest
 
 
-def _end_of(points: np.ndarray) -> np.ndarray:
-    """Return the last half metre of a line."""
+def _end_of(points: np.ndarray, length_m: float) -> np.ndarray:
+    """Return the last part of a line."""
     s = arc_lengths(points)
-    return part_of(points, s, max(s[-1] - 0.5, 0.0), s[-1])
+    return part_of(points, s, max(s[-1] - length_m, 0.0), s[-1])
 
 
 def without_bends(lanes: Sequence[RoadLane]) -> tuple[list[RoadLane], list[str]]:
@@ -182,3 +185,53 @@ def _around(
     for name in names[:_BRANCHES]:
         for way in _around(lanes, lanes[name], side, length_m - max(lane.length_m, 1.0)):
             yield [lane, *way]
+
+
+def joint(before: np.ndarray, after: np.ndarray, lines: Iterable[np.ndarray]) -> np.ndarray:
+    """Return the first of some lines that joins two lanes, else a curve (N, 3) between them [m].
+
+    A line is moved to the ends of the lanes, and joins them if it has no sharp bend then.
+
+    Args:
+        before: (M, 3) points of the lane before it [m]
+        after: (K, 3) points of the lane after it [m]
+        lines: (L, 3) points of each line [m]
+    """
+    tail, head = _end_of(before, _NEAR_M), _end_of(after[::-1], _NEAR_M)[::-1]
+    start, end = tail[-1], head[0]
+    for line in lines:
+        s = arc_lengths(line)
+        if min(s[-1], np.hypot(*(end - start)[:2])) < _SHORTEST_M:
+            continue
+        along = (s / s[-1])[:, None]
+        line = line + (1.0 - along) * (start - line[0]) + along * (end - line[-1])
+        whole = np.vstack([tail, line, head])
+        s = arc_lengths(whole)
+        turns = turns_rad(whole, s, np.arange(_STEP_M, s[-1] - _STEP_M, _STEP_M), _STEP_M)
+        if turns.max(initial=0.0) < _BENT_RAD:
+            return line
+    return _curve(tail, head)
+
+
+def _curve(tail: np.ndarray, head: np.ndarray) -> np.ndarray:
+    """Return the cubic Hermite spline (N, 3) from the end of a line to the start of another [m].
+
+    Between the ends of an arc, it is nearly that arc.
+    """
+    start, end = tail[-1], head[0]
+    leave, arrive = _direction(tail), _direction(head)
+    half_cos = np.sqrt(np.clip(0.5 + 0.5 * (leave[:2] @ arrive[:2]), 0.0, 1.0))
+    tangent_m = np.hypot(*(end - start)[:2]) * 2.0 / (1.0 + half_cos)
+    t = np.linspace(0.0, 1.0, int(tangent_m / _STEP_M) + 2)[:, None]
+    leave, arrive = tangent_m * leave, tangent_m * arrive
+    return (
+        (1.0 + 2.0 * t) * (1.0 - t) ** 2 * start
+        + t * (1.0 - t) ** 2 * leave
+        + t * t * (3.0 - 2.0 * t) * end
+        - t * t * (1.0 - t) * arrive
+    )
+
+
+def _direction(points_m: np.ndarray) -> np.ndarray:
+    step = points_m[-1] - points_m[0]
+    return step / max(float(np.hypot(*step[:2])), 1e-9)

@@ -25,9 +25,8 @@ from sdc_common.configuration import how_to_install
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import interpolate
 from sdc_common.validation import DocumentError
-from sdc_map.drivable import without_bends
+from sdc_map.drivable import joint, without_bends
 from sdc_map.findings import Findings
-from sdc_map.joints import joint
 from sdc_map.map_file import map_file
 from sdc_map.mirror import mirrored
 from sdc_map.netconvert import POLYGONS, map_source, net_with_lines
