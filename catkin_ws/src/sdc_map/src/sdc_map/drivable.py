@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Iterable, Iterator, Mapping, NamedTuple, Sequence
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from sdc_common.geometry.road_line import arc_lengths, turns_rad
 from sdc_common.geometry.route import interpolate
@@ -222,14 +223,8 @@ def _curve(tail: np.ndarray, head: np.ndarray) -> np.ndarray:
     leave, arrive = _direction(tail), _direction(head)
     half_cos = np.sqrt(np.clip(0.5 + 0.5 * (leave[:2] @ arrive[:2]), 0.0, 1.0))
     tangent_m = np.hypot(*(end - start)[:2]) * 2.0 / (1.0 + half_cos)
-    t = np.linspace(0.0, 1.0, int(tangent_m / _STEP_M) + 2)[:, None]
-    leave, arrive = tangent_m * leave, tangent_m * arrive
-    return (
-        (1.0 + 2.0 * t) * (1.0 - t) ** 2 * start
-        + t * (1.0 - t) ** 2 * leave
-        + t * t * (3.0 - 2.0 * t) * end
-        - t * t * (1.0 - t) * arrive
-    )
+    spline = CubicHermiteSpline([0.0, 1.0], [start, end], [tangent_m * leave, tangent_m * arrive])
+    return spline(np.linspace(0.0, 1.0, int(tangent_m / _STEP_M) + 2))
 
 
 def _direction(points_m: np.ndarray) -> np.ndarray:

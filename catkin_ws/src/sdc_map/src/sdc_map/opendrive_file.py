@@ -12,7 +12,7 @@ import numpy as np
 from sdc_map.direct_junctions import write_connecting_roads
 from sdc_map.findings import Findings
 from sdc_map.mirror import mirror_left_hand
-from sdc_map.road_geometry import cubics, point_at, sections
+from sdc_map.opendrive_lanes import cubics, point_at, sections
 
 _UNITS_MPS = {"mph": 0.44704, "km/h": 1.0 / 3.6, "m/s": 1.0}
 # Limit where the file has "no limit" [m/s]: the recommended speed of German motorways, 130 km/h.
