@@ -4,7 +4,7 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-from sdc_map.yellow import lengthen_yellow
+from sdc_map.sumo_programs import lengthen_yellow
 
 NETWORK = """<net>
  <edge id="a"><lane id="a_0" speed="{limit}"/></edge><edge id="b"><lane id="b_0" speed="8"/></edge>

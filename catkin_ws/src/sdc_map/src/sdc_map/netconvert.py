@@ -17,8 +17,7 @@ from sdc_map.mirror import move_net
 from sdc_map.opendrive_file import read_opendrive, shift_to_origin
 from sdc_map.opendrive_lanes import OpenDriveLanes
 from sdc_map.osm_file import read_osm
-from sdc_map.sumo_programs import MapError, cached, run
-from sdc_map.yellow import lengthen_yellow
+from sdc_map.sumo_programs import MapError, cached, lengthen_yellow, run
 
 # File with objects of OpenDRIVE beside SUMO's network.
 POLYGONS = "map.poly.xml"

@@ -25,8 +25,7 @@ from scipy.interpolate import BSpline
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from sdc_map.sumo_programs import MapError, cached, run
-from sdc_map.yellow import lengthen_yellow
+from sdc_map.sumo_programs import MapError, cached, lengthen_yellow, run
 
 _LEFT_HAND_SHARE = 0.25  # of the towns
 _LARGEST_SEED = 4294967295
