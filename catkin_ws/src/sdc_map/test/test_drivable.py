@@ -8,6 +8,7 @@ import pytest
 
 from sdc_common.geometry.road_line import arc_lengths, sharpest_turn
 from sdc_map.drivable import LEAST_RADIUS_M, without_bends
+from sdc_map.findings import Findings
 from sdc_map.lane_graph import LaneGraph, drawn_places
 from sdc_map.mission import plan_mission
 from sdc_map.network import Network, RoadLane
@@ -125,7 +126,7 @@ def test_connection_behind_a_fold_is_left_out_though_the_fold_begins_before_it()
     }
     names = list(lines)
     lanes = lanes_of(lines, {one: (other,) for one, other in zip(names, names[1:])})
-    known = {lane.id: lane for lane in without_bends(lanes)[0]}
+    known = {lane.id: lane for lane in without_bends(lanes, Findings())}
     assert known["short"].successors == ()
 
 

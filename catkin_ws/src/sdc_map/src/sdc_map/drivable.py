@@ -11,6 +11,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from sdc_common.geometry.road_line import arc_lengths, turns_rad
 from sdc_common.geometry.route import interpolate
+from sdc_map.findings import Findings
 from sdc_map.network import DRIVING, RoadLane, part_of
 
 # Radius of the rear axle's circle at full steer [m]: CARLA's car, 2.87 m / tan(2/3 * 70 degrees).
@@ -121,23 +122,21 @@ def _end_of(points: np.ndarray, length_m: float) -> np.ndarray:
     return part_of(points, s, max(s[-1] - length_m, 0.0), s[-1])
 
 
-def without_bends(lanes: Sequence[RoadLane]) -> tuple[list[RoadLane], list[str]]:
-    """Return lanes without the connections that no car can drive, and the places of all bends.
+def without_bends(lanes: Sequence[RoadLane], findings: Findings) -> list[RoadLane]:
+    """Return lanes without the connections that no car can drive; add the places of all bends.
 
     A lane that is bent so itself remains.
     """
     known = {lane.id: lane for lane in lanes if lane.kind == DRIVING}
-    refused, texts = set(), []
+    refused = set()
     for lane in (lane for lane in known.values() if not lane.junction):
-        for s_m in drivable_line(lane.points_m, ()).lost_m[:1]:
-            x, y = lane.at(np.array([s_m]))[0]
-            texts.append(f"{lane.id} at ({x:.0f}, {y:.0f})")
+        for place_m in lane.at(np.array(drivable_line(lane.points_m, ()).lost_m[:1])):
+            _add_bend(findings, lane.id, place_m)
         for name in lane.successors:
             through = list(_through(known, name))
             if through and not _is_drivable(known, lane, through):
-                x, y = lane.points_m[-1]
                 refused.add((lane.id, name))
-                texts.append(f"{lane.id} to {through[-1].id} at ({x:.0f}, {y:.0f})")
+                _add_bend(findings, f"{lane.id} to {through[-1].id}", lane.points_m[-1])
     return [
         replace(
             lane,
@@ -146,10 +145,14 @@ def without_bends(lanes: Sequence[RoadLane]) -> tuple[list[RoadLane], list[str]]
                 name for name in lane.predecessors if (name, lane.id) not in refused
             ),
         )
-        if refused
-        else lane
         for lane in lanes
-    ], texts
+    ]
+
+
+def _add_bend(findings: Findings, text: str, place_m: np.ndarray) -> None:
+    x_m, y_m = place_m.tolist()
+    text = f"{text} at ({x_m:.0f}, {y_m:.0f})"
+    findings.add("bends that no car can drive", text, (x_m, y_m))
 
 
 def _through(lanes: Mapping[str, RoadLane], name: str) -> Iterator[RoadLane]:

@@ -57,7 +57,6 @@ from sdc_map.sumo_programs import MapError
 _SLOWEST_MPS = 2.0
 # Traffic drives on the lines of netconvert where those of the network are nearer [m].
 _BESIDE_M = 0.5
-_REFUSED = "bends that no car can drive"
 # More lanes take more than a minute, and more than 2 GB.
 _MOST_LANES = 100_000
 _UNCROSSED = (SOLID, DOUBLE, KERB)
@@ -175,15 +174,13 @@ def _network(
     if own is not None:
         _take_lines_of_file(lines, sources, own, leads)
     lanes = [_lane(lane, lines, own, leads[one], comes[one]) for one, lane in sources.items()]
-    lanes, refused = without_bends(lanes)
+    lanes = without_bends(lanes, findings)
     for edge in net.getEdges():
         for lane in edge.getLanes() if edge.getFunction() == "crossing" else ():
             line = RoadLane("", _points(lane.getShape())[:, :2], lane.getWidth(), 0.0)
             crosswalks.append(line.area_m)
     junctions = [_junction(net, node, leads) for node in net.getNodes()]
     bays, stops = _places(places, {lane.id: lane for lane in lanes})
-    for text in refused:
-        findings.add(_REFUSED, text)
     return Network(name, lanes, junctions, crosswalks, bays, stops)
 
 
