@@ -12,7 +12,7 @@ import numpy as np
 from sdc_map.direct_junctions import write_connecting_roads
 from sdc_map.findings import Findings
 from sdc_map.mirror import mirror_left_hand
-from sdc_map.opendrive_lanes import cubics, point_at, sections
+from sdc_map.opendrive_lanes import cubics, named_road, point_at, sections
 
 _UNITS_MPS = {"mph": 0.44704, "km/h": 1.0 / 3.6, "m/s": 1.0}
 # Limit where the file has "no limit" [m/s]: the recommended speed of German motorways, 130 km/h.
@@ -61,11 +61,8 @@ def read_opendrive(root: ElementTree.Element, findings: Findings) -> bool:
         if element.tag not in _READ:
             findings.add(f"elements {element.tag}", f"{element.tag} {element.get('id')}")
     for road in root.iter("road"):
-        try:
+        with named_road(road):
             _read_road(road, findings)
-        except (LookupError, ValueError) as error:
-            reason = f"an element lacks {error}" if isinstance(error, LookupError) else error
-            raise ValueError(f"road {road.get('id')}: {reason}; correct it there") from None
     write_connecting_roads(root, findings)
     return is_left
 

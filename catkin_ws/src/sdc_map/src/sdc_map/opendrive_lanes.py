@@ -6,6 +6,7 @@ a lane offset changes along a road, its lanes are up to metres beside those of t
 
 from __future__ import annotations
 
+import contextlib
 import xml.etree.ElementTree as ElementTree
 from collections import defaultdict
 from typing import Iterable, Iterator, NamedTuple
@@ -37,7 +38,7 @@ class OpenDriveLanes:
         """Read the tree of a file, that of `read_opendrive`.
 
         Raises:
-            ElementTree.ParseError, KeyError, ValueError: it is not valid OpenDRIVE
+            ValueError: it is not valid OpenDRIVE
         """
         # Speed limits along a lane, in no order [m/s].
         self.limits_mps: dict[tuple[str, str], list[float]] = defaultdict(list)
@@ -46,17 +47,21 @@ class OpenDriveLanes:
         # Start and end along the road [m] and type of what is painted at the outer edge of a lane.
         self._marks: dict[tuple[str, str], list[tuple[float, float, str]]] = defaultdict(list)
         for road in root.iter("road"):
-            name = road.attrib["id"]
-            for section, start, end in sections(road):
-                for lane in section.iter("lane"):
-                    limits = (float(speed.attrib["max"]) for speed in lane.findall("speed"))
-                    self.limits_mps[name, lane.attrib["id"]] += limits
-                    marks = lane.findall("roadMark")
-                    at = [*(float(mark.attrib["sOffset"]) for mark in marks), end - start]
-                    for mark, first, last in zip(marks, at, at[1:]):
-                        row = start + first, start + last, mark.attrib["type"]
-                        self._marks[name, lane.attrib["id"]].append(row)
-                self._sections[name].append(dict(pieces(road, section, start, end)))
+            with named_road(road):
+                self._read(road)
+
+    def _read(self, road: ElementTree.Element) -> None:
+        name = road.attrib["id"]
+        for section, start, end in sections(road):
+            for lane in section.iter("lane"):
+                limits = (float(speed.attrib["max"]) for speed in lane.findall("speed"))
+                self.limits_mps[name, lane.attrib["id"]] += limits
+                marks = lane.findall("roadMark")
+                at = [*(float(mark.attrib["sOffset"]) for mark in marks), end - start]
+                for mark, first, last in zip(marks, at, at[1:]):
+                    row = start + first, start + last, mark.attrib["type"]
+                    self._marks[name, lane.attrib["id"]].append(row)
+            self._sections[name].append(dict(pieces(road, section, start, end)))
 
     def length_m(self, road: str) -> float:
         """Return the length of a road [m]."""
@@ -164,6 +169,16 @@ def _ahead(points: np.ndarray, directions: np.ndarray) -> np.ndarray:
     return np.array([*kept[: max(len(kept) - 1, 1)], rows[-1]])
 
 
+@contextlib.contextmanager
+def named_road(road: ElementTree.Element) -> Iterator[None]:
+    """Raise ValueError with the name of a road for what is missing or wrong in it."""
+    try:
+        yield
+    except (LookupError, ValueError) as error:
+        reason = f"an element lacks {error}" if isinstance(error, LookupError) else error
+        raise ValueError(f"road {road.get('id')}: {reason}; correct it there") from None
+
+
 def sections(road: ElementTree.Element) -> Iterator[tuple[ElementTree.Element, float, float]]:
     """Return the lane sections of a road with their start and end along it [m]."""
     found = road.findall("lanes/laneSection")
@@ -190,6 +205,8 @@ def piecewise_cubic(pieces: list[ElementTree.Element], key: str, s: np.ndarray) 
 def reference_line(road: ElementTree.Element, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return points (N, 2) and headings (N,) of the reference line at arc lengths (N,)."""
     pieces = road.findall("planView/geometry")
+    if not pieces:
+        raise ValueError("has no geometry")
     starts = np.array([float(piece.attrib["s"]) for piece in pieces])
     of = np.maximum(np.searchsorted(starts, s + 1e-9) - 1, 0)
     place, heading = np.zeros(len(s), complex), np.zeros(len(s))
