@@ -5,7 +5,7 @@ import pytest
 from street_drives import SETTINGS
 
 from sdc_common.geometry.route import Route
-from sdc_package.behaviour.offset_path import OffsetPath, shift
+from sdc_package.behaviour.offset_path import OffsetPath
 
 MPS = 12.0
 
@@ -21,9 +21,9 @@ def followed(path, s_m):
 def test_shift_that_is_given_up_has_no_kink(given_up_m):
     route = Route(np.column_stack([np.arange(200.0), np.zeros(200)]))
     path = OffsetPath(route, MPS, SETTINGS)
-    path.follow(path.shifted(3.5, 20.0, MPS, 0.0), 20.0)
+    path.follow(path.shifted(path.offset_m, 3.5, 20.0, MPS), 20.0)
     out = path.offset_m
-    path.follow(path.shifted(0.0, given_up_m, MPS, 0.0), given_up_m)
+    path.follow(path.shifted(out, 0.0, given_up_m, MPS), given_up_m)
     slopes = [followed(line, given_up_m)[0] for line in (out, path.offset_m)]
     assert slopes[0] > 0.02 and slopes[1] == pytest.approx(slopes[0], rel=0.1)
     assert path.offset_m[-1] == pytest.approx(0.0, abs=1e-6)
@@ -36,7 +36,7 @@ def test_shift_in_a_bend_is_as_slow_as_both_ask_for():
     circle = radius_m * np.column_stack([np.sin(angles), 1.0 - np.cos(angles)])
     route = Route(circle)
     path = OffsetPath(route, MPS, SETTINGS)
-    offset_m = shift(route.s, path.offset_m, 60.0, -3.5, 40.0)
+    offset_m = path.shifted(path.offset_m, -3.5, 60.0, MPS)
     most_mps = path.bend_mps(offset_m, route.s)
     bends = np.gradient(np.gradient(offset_m, route.s), route.s) + 1.0 / radius_m
     shifting = (route.s > 62.0) & (route.s < 98.0)

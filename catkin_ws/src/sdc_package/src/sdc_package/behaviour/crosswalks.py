@@ -29,21 +29,18 @@ class Crosswalk(NamedTuple):
 
     def user(self, route: Route, obstacles: Obstacles) -> DetectedObstacle | None:
         """Return a pedestrian on it, or just before it, who has yet to cross the lane."""
-        middle_m = 0.5 * (self.begin_m + self.end_m)
-        x, y = route.line.point_at(middle_m)
-        heading = route.line.heading_at(middle_m)
+        middle_m, reach_m = 0.5 * (self.begin_m + self.end_m), self.end_m - self.begin_m
         for walker in obstacles:
             if walker.kind != "pedestrian":
                 continue
-            c, s = math.cos(walker.yaw_rad), math.sin(walker.yaw_rad)
-            walks_m = (0.0, _SOON_S * walker.speed_mps)
-            places = [(walker.x_m + c * m, walker.y_m + s * m) for m in walks_m]
-            inside_m, soon_m = (cv2.pointPolygonTest(self.polygon_m, at, True) for at in places)
-            left_m = (walker.y_m - y) * math.cos(heading) - (walker.x_m - x) * math.sin(heading)
-            left_mps = walker.speed_mps * math.sin(walker.yaw_rad - heading)
-            is_in_strip = abs(left_m) < _STRIP_M
-            comes = left_m * left_mps < 0.0 and max(inside_m, soon_m) > -_NEAR_M
-            if comes or (is_in_strip and inside_m > 0.0):
+            x, y, yaw = walker.x_m, walker.y_m, walker.yaw_rad
+            soon_m = _SOON_S * walker.speed_mps
+            places = (x, y), (x + soon_m * math.cos(yaw), y + soon_m * math.sin(yaw))
+            inside_m, later_m = (cv2.pointPolygonTest(self.polygon_m, at, True) for at in places)
+            lane = route.line.project(x, y, middle_m, reach_m, reach_m)
+            left_mps = walker.speed_mps * math.sin(yaw - lane.heading_rad)
+            comes = lane.cross_track_m * left_mps < 0.0 and max(inside_m, later_m) > -_NEAR_M
+            if comes or (lane.distance_m < _STRIP_M and inside_m > 0.0):
                 return walker
         return None
 

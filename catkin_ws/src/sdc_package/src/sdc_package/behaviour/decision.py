@@ -11,23 +11,19 @@ import numpy as np
 from sdc_map.crossings import BESIDE_M, OVER_M
 from sdc_package.behaviour.junctions import Claim, claims_of
 from sdc_package.behaviour.predict import STEP_S, Predictor
-from sdc_package.behaviour.propose import KEEP, CarWay, Proposal, proposals, ways
+from sdc_package.behaviour.propose import KEEP, Proposal, proposals, ways
 from sdc_package.behaviour.scene import Stop, StreetScene
 from sdc_package.behaviour.score import Score, Scored, because, name_of
 from sdc_package.behaviour.simulate import simulate
 from sdc_package.braking import FIRM_MPS2, HARD_MPS2
 
 # What limits the speed, see sdc_common's speed_reasons.
-RIGHT_OF_WAY = "right_of_way"
-CROSSWALK = "crosswalk"
 OBSTACLE = "obstacle"
-PASSING = "passing"
-MERGING = "merging"
 # The same where going would cost this term.
 REASONS = {
-    "right_of_way": RIGHT_OF_WAY,
+    "right_of_way": "right_of_way",
     "blocks_junction": "junction_blocked",
-    "crosswalk": CROSSWALK,
+    "crosswalk": "crosswalk",
 }
 
 
@@ -71,26 +67,16 @@ class Decision:
         """Arc length at which the centre of the car stops, inf: nowhere [m]."""
         return self.proposal.stop_m if self.proposal else math.inf
 
-    @property
-    def waits(self) -> bool:
-        """Whether the car was to wait."""
-        chosen = self.proposal
-        return chosen is None or chosen.share == 0.0 or math.isfinite(chosen.stop_m)
 
-
-def decide(
-    scene: StreetScene, predictor: Predictor, last: Decision, score: Score, keeps_route: bool
-) -> Decision:
+def decide(scene: StreetScene, predictor: Predictor, score: Score, keeps_route: bool) -> Decision:
     """Return what the car does next.
 
     Args:
         scene: the scene
         predictor: says where others will be
-        last: the last decision
         score: scores proposals, see `behaviour.score`
         keeps_route: whether the car neither passes, nor changes lanes, nor makes room
     """
-    predictor.update()
     claims = claims_of(scene, predictor)
     stops_m = {
         claim.number: max(claim.room_m, 0.0)
@@ -104,15 +90,14 @@ def decide(
         for claim in claims
         if not claim.yields and claim.crossing.last_stop_m(front_m) > scene.s_m
     ]
-    own = [CarWay(KEEP, scene.way.offset_m, {}, is_new=False)]
-    found = proposals(
-        own if keeps_route else list(ways(scene, last.waits)), [*_stops(scene, claims)]
-    )
+    found_ways = ways(scene)
+    if keeps_route:
+        found_ways = iter([next(found_ways)._replace(stop_m=math.inf)])
+    found = proposals([*found_ways], [*_stops(scene, claims)])
     result = simulate(scene, found, others)
     scored = score(scene, found, result, claims, others)
-    values_m = scored.value_m
-    best = int(np.argmax(values_m))
-    other = _compared(found, values_m, best)
+    best = int(np.argmax(scored.value_m))
+    other = _compared(found, scored.value_m, best)
     chosen = found[best]
     most_mps = math.inf
     if chosen.share < 1.0:
@@ -129,7 +114,7 @@ def decide(
         user = scene.obstacles[others.user[int(contacts_s.argmin())]]
         reason, detail = OBSTACLE, f"brakes hard for {name_of(user)}"
     else:
-        reason = _reason(scene, chosen, scored.gains_m(best, other))
+        reason = _reason(scene, chosen, scored.separates(best, other)[0])
         pairs = (best, other), (other, best)
         texts = [(found[worse], because(*known, better, worse)) for better, worse in pairs]
         detail = "; ".join(f"{proposal}: {text}" for proposal, text in texts if text)
@@ -147,20 +132,13 @@ def _compared(found: Sequence[Proposal], values_m: np.ndarray, best: int) -> int
     return next(others, best)
 
 
-def _reason(scene: StreetScene, chosen: Proposal, gains_m: dict[str, float]) -> str:
-    """Return why the car does not just go: the term that going on the same way would cost.
-
-    Args:
-        scene: the scene
-        chosen: the best proposal
-        gains_m: what each term costs less than on going
-    """
-    if chosen.share == 1.0 and chosen.stop is None:
-        if math.isfinite(chosen.stop_m):
-            return OBSTACLE
-        return PASSING if chosen.way.name != KEEP or scene.way.until_m else ""
-    name = max(gains_m, key=lambda term: gains_m[term])
-    return REASONS.get(name, MERGING if scene.changes_lane else OBSTACLE)
+def _reason(scene: StreetScene, chosen: Proposal, term: str) -> str:
+    """Return why the car does not just go: the term that going on the same way would cost."""
+    if chosen.share < 1.0 or chosen.stop:
+        return REASONS.get(term, "merging" if scene.changes_lane else OBSTACLE)
+    if math.isfinite(chosen.stop_m):
+        return OBSTACLE
+    return "passing" if chosen.way.name != KEEP or scene.way.until_m else ""
 
 
 def _stops(scene: StreetScene, claims: Sequence[Claim]) -> Iterator[Stop]:
@@ -172,9 +150,9 @@ def _stops(scene: StreetScene, claims: Sequence[Claim]) -> Iterator[Stop]:
     for crossing in scene.crossings:
         spaces_m = [claim.conflict.own_m[0] for claim in claims if claim.crossing is crossing]
         latest_m = max(crossing.line_m, min(spaces_m, default=0.0) - BESIDE_M)
-        places.append((crossing.line_m, latest_m, RIGHT_OF_WAY))
-    for crosswalk, _ in scene.crosswalks:
-        places.append((crosswalk.begin_m, crosswalk.begin_m, CROSSWALK))
+        places.append((crossing.line_m, latest_m, "right_of_way"))
+    for crosswalk in scene.crosswalks:
+        places.append((crosswalk.begin_m, crosswalk.begin_m, "crosswalk"))
     for place_m, latest_m, reason in places:
         if soonest_m <= latest_m - front_m + OVER_M:
             # It uses the gap rather than brake hard.

@@ -30,20 +30,6 @@ def state_at(s_m: np.ndarray, line_m: np.ndarray, at_m: float) -> tuple[float, f
     return now_m, slope, (after_m - 2.0 * now_m + before_m) / _STEP_M**2
 
 
-def shift(
-    s_m: np.ndarray, line_m: np.ndarray, begin_m: float, to_m: float, length_m: float
-) -> np.ndarray:
-    """Return a line (N,) that leaves another one (N,) without a kink, and goes over to a distance.
-
-    It is the quintic polynomial of M. Werling et al. (Optimal Trajectory Generation for Dynamic
-    Street Scenarios in a Frenet Frame, ICRA 2010).
-    """
-    now_m, slope, bend = state_at(s_m, line_m, begin_m)
-    ends_m = [begin_m, begin_m + length_m]
-    over = BPoly.from_derivatives(ends_m, [[now_m, slope, bend], [to_m, 0.0, 0.0]])
-    return np.where(s_m < begin_m, line_m, over(np.clip(s_m, *ends_m)))
-
-
 class OffsetPath:
     """A line beside a route.
 
@@ -66,15 +52,10 @@ class OffsetPath:
         return float(np.interp(s_m, self._route.s, self.offset_m)) if self.until_m else 0.0
 
     def follow(self, offset_m: np.ndarray, s_m: float) -> None:
-        """Take another line from an arc length on."""
-        self.offset_m = offset_m
+        """Take a line from an arc length on; one that is on the route from there is the route."""
         beside = np.flatnonzero((np.abs(offset_m) > _ON_ROUTE_M) & (self._route.s > s_m))
         self.until_m = float(self._route.s[beside[-1]]) + 1.0 if len(beside) else 0.0
-
-    def pass_by(self, s_m: float) -> None:
-        """Forget what is behind an arc length."""
-        if self.until_m and s_m > self.until_m:
-            self.offset_m, self.until_m = np.zeros_like(self.offset_m), 0.0
+        self.offset_m = offset_m if len(beside) else np.zeros_like(offset_m)
 
     def moved(self, rows: np.ndarray, ahead: slice) -> np.ndarray:
         """Return the rows x, y, v of the route at these points, moved to this line."""
@@ -85,21 +66,29 @@ class OffsetPath:
         most = self.bend_mps(offset, self._route.s[ahead])
         return np.column_stack([x, y, np.minimum(rows[:, 2], most)])
 
-    def shifted(self, to_m: float, begin_m: float, speed_mps: float, room_m: float) -> np.ndarray:
-        """Return the line that goes over to a distance from the route.
+    def shifted(
+        self, line_m: np.ndarray, to_m: float, begin_m: float, speed_mps: float, room_m: float = 0.0
+    ) -> np.ndarray:
+        """Return a line (N,) that leaves another one (N,) without a kink, and goes to a distance.
+
+        It is the quintic polynomial of M. Werling et al. (Optimal Trajectory Generation for Dynamic
+        Street Scenarios in a Frenet Frame, ICRA 2010).
 
         Args:
+            line_m: the line that it leaves [m]
             to_m: the distance, positive to the left [m]
             begin_m: arc length at which it begins [m]
             speed_mps: speed of the car [m/s]
             room_m: distance within which it would be over, if the speed allows [m]
         """
         s = self._route.s
-        now_m, slope, _ = state_at(s, self.offset_m, begin_m)
+        now_m, slope, bend = state_at(s, line_m, begin_m)
         least_m, most_m = (
             self.shift_length_m(to_m - now_m, v, slope) for v in (speed_mps, self._top_mps)
         )
-        return shift(s, self.offset_m, begin_m, to_m, max(least_m, min(room_m, most_m)))
+        ends_m = [begin_m, begin_m + max(least_m, min(room_m, most_m))]
+        over = BPoly.from_derivatives(ends_m, [[now_m, slope, bend], [to_m, 0.0, 0.0]])
+        return np.where(s < begin_m, line_m, over(np.clip(s, *ends_m)))
 
     def out_to(
         self, to_m: float, s_m: float, begin_m: float, speed_mps: float, room_m: float
@@ -113,7 +102,7 @@ class OffsetPath:
             peak_m = float(self.offset_m[peak])
             if abs(to_m - peak_m) < SAME_M or abs(peak_m) > abs(to_m):
                 return np.where(s < s[peak], self.offset_m, peak_m)
-        return self.shifted(to_m, begin_m, speed_mps, room_m)
+        return self.shifted(self.offset_m, to_m, begin_m, speed_mps, room_m)
 
     def shift_length_m(self, shift_m: float, speed_mps: float, slope: float = 0.0) -> float:
         """Return the distance over which the car shifts across the road [m].
@@ -129,13 +118,13 @@ class OffsetPath:
         return max(least_m, turning_m + speed_mps * math.sqrt(_PEAK * abs(shift_m) / most_mps2))
 
     def bend_mps(self, offset_m: np.ndarray, s_m: np.ndarray) -> np.ndarray:
-        """Return the speeds (N,) with which the car follows the bends of a line beside the route.
+        """Return the speeds (..., N) with which the car follows the bends of lines.
 
         Args:
-            offset_m: (N,) distance of the line from the route [m]
+            offset_m: (..., N) distance of the lines from the route [m]
             s_m: (N,) arc lengths, 1 m apart [m]
         """
-        bend = np.gradient(np.gradient(offset_m, s_m), s_m)
+        bend = np.gradient(np.gradient(offset_m, s_m, axis=-1), s_m, axis=-1)
         road_bend = np.interp(s_m, self._route.s, self._route.curvature)
         # Where it is as good as parallel to the route, the speeds of the route are right.
         bend = np.where(np.abs(bend) > _STRAIGHT, np.abs(bend + road_bend), 0.0)
@@ -143,4 +132,5 @@ class OffsetPath:
         square = 2.0 * self._shifts.shift_mps2 / np.maximum(bend, _STRAIGHT)
         # It brakes in time.
         before = 2.0 * self._shifts.shift_mps2 * s_m
-        return np.sqrt(np.minimum.accumulate((square + before)[::-1])[::-1] - before)
+        later = np.minimum.accumulate((square + before)[..., ::-1], axis=-1)[..., ::-1]
+        return np.sqrt(later - before)

@@ -7,12 +7,12 @@ Learning-based Vehicle Motion Planning", CoRL 2023, arXiv 2306.07962).
 from __future__ import annotations
 
 import math
-from typing import Iterator, Mapping, NamedTuple, Sequence
+from typing import Iterator, NamedTuple, Sequence
 
 import numpy as np
 
 from sdc_common.geometry.route import smooth_step
-from sdc_package.behaviour.offset_path import SAME_M, shift, state_at
+from sdc_package.behaviour.offset_path import SAME_M, state_at
 from sdc_package.behaviour.road import BEHIND_LINE, NOTHING, SAME
 from sdc_package.behaviour.scene import AT_REST_MPS, Stop, StreetScene
 
@@ -23,6 +23,8 @@ STAY = "stay"
 PASS = "pass"
 ASIDE = "aside"
 NUDGE = "nudge"
+# How much each is another way than before.
+NEW_WAY = {KEEP: 0.0, BACK: 0.5, STAY: 0.5, PASS: 1.0, ASIDE: 1.0, NUDGE: 1.0}
 # Shares of the planned speed with which each way is proposed, too.
 SLOWER = (0.5, 0.0)
 # A car that is farther beside its route at the start pulls out [m].
@@ -36,7 +38,6 @@ class CarWay(NamedTuple):
 
     name: str
     offset_m: np.ndarray  # distance from the points of the route, positive to the left [m]
-    costs: Mapping[str, float]  # values of terms of the score
     stop_m: float = math.inf  # where the centre of the car must stop on it [m]
     is_new: bool = True  # whether it has yet to begin
 
@@ -70,40 +71,31 @@ def proposals(ways: Sequence[CarWay], stops: Sequence[Stop]) -> list[Proposal]:
     return found
 
 
-def ways(scene: StreetScene, waits: bool) -> Iterator[CarWay]:
-    """Yield the ways that the car could take, first the one that it takes.
-
-    Args:
-        scene: the scene
-        waits: whether the last decision was to wait
-    """
+def ways(scene: StreetScene) -> Iterator[CarWay]:
+    """Yield the ways that the car could take, first the one that it takes."""
     way, s_m, speed_mps = scene.way, scene.s_m, scene.speed_mps
-    wait_m = _wait_m(scene)
-    # A car that waits has not begun.
-    is_new = speed_mps < AT_REST_MPS and waits
-    yield CarWay(KEEP, way.offset_m, way_costs(scene, way.offset_m), wait_m, is_new)
-    if abs(way.offset_at(s_m + scene.settings.proposals.shift_m)) > SAME_M:
-        back = way.shifted(0.0, s_m, speed_mps, 0.0)
-        yield CarWay(BACK, back, {**way_costs(scene, back), "new_way": 0.5}, wait_m)
+    settings, wait_m = scene.settings.proposals, _wait_m(scene)
+    yield CarWay(KEEP, way.offset_m, wait_m, is_new=speed_mps < AT_REST_MPS)
+    if abs(way.offset_at(s_m + settings.shift_m)) > SAME_M:
+        yield CarWay(BACK, way.shifted(way.offset_m, 0.0, s_m, speed_mps), wait_m)
     for offset_m in _passes(scene) if scene.passable else ():
-        yield CarWay(PASS, offset_m, {**way_costs(scene, offset_m), "new_way": 1.0})
+        yield CarWay(PASS, offset_m)
     for offset_m in _asides(scene) if scene.emergency else ():
-        yield CarWay(ASIDE, offset_m, {**way_costs(scene, offset_m), "new_way": 1.0})
-    on_route = np.abs(way.offset_m).max() < PULLS_OUT_M
-    if on_route and (scene.is_invaded or scene.passable):
-        for to_m in (-1.0, 1.0):
-            to_m *= scene.settings.proposals.nudge_m
+        yield CarWay(ASIDE, offset_m)
+    needs_room = scene.is_invaded or scene.passable or scene.emergency
+    if needs_room and np.abs(way.offset_m).max() < PULLS_OUT_M:
+        for to_m in (-settings.nudge_m, settings.nudge_m):
             nudge = _there_and_back(scene, to_m, s_m, s_m + scene.soon_m)
-            yield CarWay(NUDGE, nudge, {**way_costs(scene, nudge), "new_way": 1.0}, wait_m)
+            yield CarWay(NUDGE, nudge, wait_m)
     if scene.changes_lane:
         yield from _stays(scene)
 
 
 def _stays(scene: StreetScene) -> Iterator[CarWay]:
-    """Yield the ways that stay in a lane and wait for the change of lanes before it ends."""
+    """Yield the way that stays in the nearest lane and waits for the change of lanes there."""
     road, s, s_m = scene.road, scene.road.route.s, scene.s_m
     length_m = 2.0 * scene.settings.proposals.shift_m
-    lane_end_m = float(road.edge_end_m[scene.at]) - scene.settings.proposals.wait_m
+    lane_end_m = road.edge_end_m(scene.at) - scene.settings.proposals.wait_m
     begin_m = min(s_m + scene.soon_m, lane_end_m - length_m)
     if begin_m < s_m:
         return
@@ -112,28 +104,22 @@ def _stays(scene: StreetScene) -> Iterator[CarWay]:
     now_y, route_slope, _ = state_at(s, route_y, s_m)
     route_slope = min(max(route_slope, -_STEEPEST), _STEEPEST)
     line_y = scene.way.offset_m + now_y + route_slope * (s - s_m)
-    y, slope, _ = state_at(s, line_y, s_m)
-    later, width_m = 1.0 - smooth_step(s, begin_m, length_m), scene.width_m
-    # What has begun is taken back or completed.
-    between = (y + SAME_M) / width_m, (y - SAME_M) / width_m
-    for to_y in {width_m * math.floor(between[0]), width_m * math.ceil(between[1])}:
-        over_m = scene.way.shift_length_m(to_y - y, scene.speed_mps, slope)
-        held = shift(s, line_y, s_m, to_y, over_m) - route_y
-        stay = np.where(s < s_m - 1.0, scene.way.offset_m, held * later)
-        stop_m = math.inf if abs(np.interp(begin_m, s, held)) < SAME_M else begin_m
-        yield CarWay(STAY, stay, {**way_costs(scene, stay), "new_way": 0.5}, stop_m)
+    lane_y = scene.width_m * round((now_y + scene.way.offset_at(s_m)) / scene.width_m)
+    held = scene.way.shifted(line_y, lane_y, s_m, scene.speed_mps) - route_y
+    stay = np.where(
+        s < s_m - 1.0, scene.way.offset_m, held * (1.0 - smooth_step(s, begin_m, length_m))
+    )
+    if abs(np.interp(begin_m, s, held)) > SAME_M:
+        yield CarWay(STAY, stay, begin_m)
 
 
 def _asides(scene: StreetScene) -> Iterator[np.ndarray]:
-    """Yield the ways that make room for an emergency vehicle."""
+    """Yield the ways to the next lanes, which make room for an emergency vehicle."""
     length_m = scene.way.shift_length_m(scene.width_m, scene.speed_mps)
     until_m = min(scene.s_m + scene.soon_m, scene.end_m - 2.0 * length_m)
     for side, beside in ((-1.0, scene.road.right), (1.0, scene.road.left)):
         if beside[scene.at] == SAME and until_m > scene.s_m + length_m:
             yield _there_and_back(scene, side * scene.width_m, scene.s_m, until_m)
-    if not scene.way.until_m:
-        to_m = -scene.settings.proposals.nudge_m
-        yield _there_and_back(scene, to_m, scene.s_m, scene.s_m + scene.soon_m)
 
 
 def _passes(scene: StreetScene) -> Iterator[np.ndarray]:
@@ -144,7 +130,8 @@ def _passes(scene: StreetScene) -> Iterator[np.ndarray]:
     front_m = scene.rear_m(group[0]) - scene.settings.front_m
     front_m -= max(scene.settings.proposals.before_m, scene.speed_mps)
     for side, beside in ((1.0, scene.road.left), (-1.0, scene.road.right)):
-        needed_m = max(scene.needed_m(n, side) for n in group)
+        reaches_m = side * scene.others.beside_m[group] + scene.body_m[group]
+        needed_m = max(float(reaches_m.max()) + scene.settings.proposals.beside_m, 0.0)
         if needed_m > scene.inside_m:
             stretch = beside[scene.at : scene.road.at(until_m) + 1]
             if (stretch == NOTHING).any() or (moves and side < 0.0):
@@ -219,18 +206,3 @@ def _wait_m(scene: StreetScene) -> float:
     stop_m = min(rears_m, default=math.inf) - scene.settings.front_m - wait_m
     # A car that has stopped a little too late stays.
     return max(stop_m, scene.s_m) if stop_m > scene.s_m - 0.5 * wait_m else math.inf
-
-
-def way_costs(scene: StreetScene, offset_m: np.ndarray) -> dict[str, float]:
-    """Return what a way costs for the lines that it crosses, and for whom it hinders."""
-    ahead_m = scene.grid_m[scene.soon]
-    offset = np.interp(ahead_m, scene.road.route.s, offset_m)
-    left = scene.road.left[scene.road.at(ahead_m)]
-    costs = {
-        "solid_line": float(((offset > scene.inside_m) & (left == BEHIND_LINE)).any()),
-        "beside": float((np.abs(offset) > SAME_M).mean()),
-    }
-    for n in scene.emergency[:1]:
-        y = offset[len(offset) // 2] + scene.route_y[scene.soon][len(offset) // 2]
-        costs["hinders"] = max(0.0, 1.0 - abs(y - scene.others.y_m[n]) / scene.body_m[n])
-    return costs

@@ -9,7 +9,9 @@ from typing import Any, NamedTuple, Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
-from sdc_common.geometry.route import Route
+from sdc_common.driving import other_level
+from sdc_common.geometry.road_line import arc_lengths
+from sdc_common.geometry.route import Route, interpolate
 from sdc_map.network import SOLID, LanePlace, Network, RoadLane, edge_of
 from sdc_package.obstacle_prediction import Obstacles
 
@@ -20,8 +22,10 @@ NOTHING, SAME, ONCOMING, BEHIND_LINE = range(4)
 ALONG_RAD = math.radians(30.0)
 # Oncoming lanes are looked up so near to where they are expected [m].
 _BESIDE_M = 1.5
-# Points, 1 m apart, of the road after the end of the route, on which others come.
-_BEYOND = 150
+# Length of the road after the end of the route, on which others come [m].
+_BEYOND_M = 150
+# After the last lane, a way goes straight on for so long [m].
+_FAR_M = 1000.0
 # Shorter road users are pedestrians [m].
 VEHICLE_M = 1.2
 
@@ -32,7 +36,7 @@ class Along(NamedTuple):
     s_m: np.ndarray  # arc length along the route [m]
     y_m: np.ndarray  # place across the road, see RoadAlong [m]
     beside_m: np.ndarray  # distance from the route, positive to the left [m]
-    cos: np.ndarray  # cosine of the angle to the route
+    along_mps: np.ndarray  # speed along the route, negative: oncoming [m/s]
     half_length_m: np.ndarray  # half of the size along the route [m]
     half_width_m: np.ndarray  # half of the size across it [m]
 
@@ -49,32 +53,25 @@ class RoadAlong:
     # (M, 4) arc length, x, y and heading of the route and of the way straight on after it
     line: np.ndarray
     speed_mps: np.ndarray  # planned speed at the points of the route [m/s]
-    z_m: np.ndarray  # height of the points of the route [m]
+    z_m: np.ndarray  # height of the points of the route, NaN on a flat map [m]
     s_m: np.ndarray  # arc length along the route [m]
     route_y_m: np.ndarray  # place of the route across the road [m]
     width_m: np.ndarray  # width of the lane [m]
     left: np.ndarray  # what is to the left of the lane
     right: np.ndarray  # what is to its right
-    edge_end_m: np.ndarray  # where the lanes end, at a junction or before other ones [m]
-    in_junction: np.ndarray  # whether the place is in a junction
+    edge: np.ndarray  # number of the road: others follow, or a junction, where its lanes end
 
-    def along(
-        self,
-        ends_m: tuple[float, float],
-        x_m: np.ndarray,
-        y_m: np.ndarray,
-        yaw_rad: np.ndarray,
-        users: Obstacles,
-    ) -> Along:
-        """Return poses (..., R) of road users in the coordinates of this road.
+    def along(self, ends_m: tuple[float, float], poses: np.ndarray, users: Obstacles) -> Along:
+        """Return road users in the coordinates of this road.
+
+        One that is beyond the ends, or on another level, has a width of -inf: it is in no way.
 
         Args:
             ends_m: arc lengths between which they are near it [m]
-            x_m: their positions [m]
-            y_m: their positions [m]
-            yaw_rad: their headings [rad]
+            poses: (5, ..., R) their x [m], y [m], headings [rad], speeds [m/s] and heights [m]
             users: the R road users
         """
+        x_m, y_m, yaw_rad, mps, z_m = poses
         first, last = np.searchsorted(self.line[:, 0], ends_m)
         rows = self.line[min(first, len(self.line) - 2) : max(last, first + 2)]
         _, nearest = cKDTree(rows[:, 1:3]).query(np.stack([x_m, y_m], axis=-1))
@@ -87,12 +84,20 @@ class RoadAlong:
         length, width = np.array(sizes).reshape(-1, 2).T
         half_length = 0.5 * (length * np.abs(cos) + width * np.abs(sin))
         half_width = 0.5 * (length * np.abs(sin) + width * np.abs(cos))
+        is_on_it = (s_m > ends_m[0]) & (s_m < ends_m[1])
+        is_on_it &= ~other_level(z_m, np.interp(s_m, self.route.s, self.z_m), np.abs(beside_m))
+        half_width = np.where(is_on_it, half_width, -math.inf)
         its_y = beside_m + np.interp(s_m, self.s_m, self.route_y_m)
-        return Along(s_m, its_y, beside_m, cos, half_length, half_width)
+        return Along(s_m, its_y, beside_m, mps * cos, half_length, half_width)
 
     def at(self, s_m: Any) -> Any:
         """Return the index of the place at an arc length, or those at arc lengths."""
         return np.minimum(np.searchsorted(self.s_m, s_m), len(self.s_m) - 1)
+
+    def edge_end_m(self, index: int) -> float:
+        """Return where the lanes at a place end, at a junction or before other ones [m]."""
+        after = int(np.searchsorted(self.edge, self.edge[index], side="right"))
+        return float(self.s_m[min(after, len(self.s_m) - 1)])
 
 
 def road_along(
@@ -109,44 +114,48 @@ def road_along(
         route: the route
         places: arc lengths along the route, and the places on the lanes there, one at least
         speed_mps: (N,) planned speed at the points of the route [m/s]
-        z_m: (N,) height of these points [m]
+        z_m: (N,) height of these points, NaN on a flat map [m]
     """
     rows: list[tuple] = []
-    ends_m: list[tuple[int, float]] = []
-    jump_m, y_m, last = 0.0, 0.0, ""
+    edge, jump_m, y_m, last = 0, 0.0, 0.0, ""
     for s_m, place in places:
         lane = network.lanes[place.lane]
-        if last and edge_of(last) == edge_of(lane.id) and last != lane.id:
+        if edge_of(last) != edge_of(lane.id):
+            edge += 1
+        elif last != lane.id:
             step_m = 0.5 * (network.lanes[last].width_m + lane.width_m)
             jump_m += step_m if _index(lane.id) > _index(last) else -step_m
-        if not last or edge_of(last) != edge_of(lane.id):
-            ends_m.append((len(rows), s_m))
         last = lane.id
         left = SAME if lane.left else _oncoming(network, route, s_m, lane)
         right = SAME if lane.right else NOTHING
         if not lane.junction:  # in one, the nearest lane may be another way
             y_m = jump_m + place.cross_track_m
-        rows.append((s_m, y_m, lane.width_m, left, right, bool(lane.junction)))
-    s, y, width, left_of, right_of, junction = map(np.array, zip(*rows))
-    end_m = np.full(len(s), s[-1])
-    for (first, _), (after, at_m) in zip(ends_m, ends_m[1:]):
-        end_m[first:after] = at_m
+        rows.append((s_m, y_m, lane.width_m, left, right, edge))
     own = np.column_stack([route.s, route.points, route.heading])
-    line = np.vstack([own, _beyond(network, places[-1][1], route.length_m)])
-    return RoadAlong(route, line, speed_mps, z_m, s, y, width, left_of, right_of, end_m, junction)
+    end = places[-1][1]
+    beyond_m = np.arange(1.0, _BEYOND_M + 1.0)
+    after = onward(network, end.lane, end.s_m + _BEYOND_M)
+    after = interpolate(end.s_m + beyond_m, after[:, 0], after[:, 1:4])
+    line = np.vstack([own, np.column_stack([route.length_m + beyond_m, after])])
+    return RoadAlong(route, line, speed_mps, z_m, *map(np.array, zip(*rows)))
 
 
-def _beyond(network: Network, place: LanePlace, end_m: float) -> np.ndarray:
-    """Return the rows of RoadAlong.line after the last place on the route."""
-    lane: RoadLane | None = network.lanes[place.lane]
-    s_m = place.s_m + 1.0
-    rows: list[tuple[float, ...]] = []
-    while lane is not None and len(rows) < _BEYOND:
-        for at_m in np.arange(s_m, lane.length_m, 1.0).tolist():
-            place_m = *lane.line.point_at(at_m), lane.heading_at(at_m)
-            rows.append((end_m + 1.0 + len(rows), *place_m))
-        s_m, lane = 0.5, network.straight_on(lane)
-    return np.array(rows[:_BEYOND]).reshape(-1, 4)
+def onward(network: Network, name: str, ahead_m: float) -> np.ndarray:
+    """Return (M, 5) arc length, x, y, heading and height of the way straight on from a lane [m]."""
+    lane: RoadLane | None = network.lanes[name]
+    lines, length_m = [], 0.0
+    while lane is not None and length_m < ahead_m:
+        lines.append(np.column_stack([lane.points_m, lane.z_m]))
+        length_m += lane.length_m
+        lane = network.straight_on(lane)
+    line = np.vstack(lines)
+    line = line[np.append(True, np.diff(arc_lengths(line)) > 0.0)]
+    s_m, steps = arc_lengths(line), np.diff(line, axis=0)
+    heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
+    heading = np.interp(s_m, 0.5 * (s_m[1:] + s_m[:-1]), heading)
+    rows = np.column_stack([s_m, line[:, :2], heading, line[:, 2]])
+    far = np.array([1.0, math.cos(heading[-1]), math.sin(heading[-1]), 0.0, 0.0])
+    return np.vstack([rows, rows[-1] + _FAR_M * far])
 
 
 def _index(lane: str) -> int:

@@ -10,10 +10,9 @@ import numpy as np
 
 from sdc_common.driving import DetectedObstacle
 from sdc_map.crossings import Crossing
-from sdc_map.network import Network
 from sdc_package.behaviour.crosswalks import Crosswalk
 from sdc_package.behaviour.offset_path import SAME_M, OffsetPath
-from sdc_package.behaviour.road import SAME, RoadAlong
+from sdc_package.behaviour.road import ALONG_RAD, SAME, RoadAlong
 from sdc_package.obstacle_prediction import Obstacles
 from sdc_package.street_settings import StreetSettings
 
@@ -36,11 +35,8 @@ class Track:
     mean_mps: float
     acceleration_mps2: float = 0.0
     has_moved: bool = False
-    slow_since_s: float = math.inf  # it holds the car up since then [s]
-    rest_since_s: float = math.inf  # and is at rest since then [s]
-
-
-_UNKNOWN = Track(0.0)
+    rests: bool | None = None  # whether it is at rest
+    since_s: float = math.inf  # it holds the car up as it does now since then [s]
 
 
 class Tracker:
@@ -70,19 +66,7 @@ class Tracker:
 
     def of(self, user: DetectedObstacle) -> Track:
         """Return how a road user has moved."""
-        return self._tracks.get(user.id, _UNKNOWN)
-
-
-class Others(NamedTuple):
-    """Road users near the route; arrays (A,), places as in RoadAlong."""
-
-    rows: np.ndarray  # index of each in the observation
-    s_m: np.ndarray  # arc length along the route [m]
-    y_m: np.ndarray  # place across the road [m]
-    beside_m: np.ndarray  # distance from the route, positive to the left [m]
-    along_mps: np.ndarray  # speed along the route, negative: oncoming [m/s]
-    half_length_m: np.ndarray  # half of the size along the route [m]
-    half_width_m: np.ndarray  # half of the size across it [m]
+        return self._tracks.get(user.id) or Track(0.0)
 
 
 class Stop(NamedTuple):
@@ -99,7 +83,6 @@ class StreetScene:
     road: RoadAlong
     way: OffsetPath  # where the car drives
     settings: StreetSettings
-    network: Network
     obstacles: Obstacles
     tracker: Tracker
     time_s: float
@@ -107,7 +90,7 @@ class StreetScene:
     speed_mps: float
     lines_m: np.ndarray  # (M,) arc lengths at which junctions begin [m]
     crossings: Sequence[Crossing] = ()  # the one that the car is in, and the next ones
-    crosswalks: Sequence[tuple[Crosswalk, DetectedObstacle]] = ()  # those that are in use
+    crosswalks: Sequence[Crosswalk] = ()  # those that are in use
     stop: Stop | None = None  # a red light or a stop sign
     has_waited: bool = False  # the car stands at its line for so long that others let it go first
 
@@ -117,10 +100,10 @@ class StreetScene:
         self.from_m, self.here = s_m - seen.behind_m, int(seen.behind_m / GRID_M)
         self.sight_m = self.from_m, s_m + seen.ahead_m
         self.grid_m = np.arange(*self.sight_m, GRID_M)
-        self.others = others = self._others()
-        users = [self.obstacles[row] for row in others.rows.tolist()]
-        self._kinds = [user.kind for user in users]
-        tracks = [self.tracker.of(user) for user in users]
+        users = self.obstacles
+        poses = [(user.x_m, user.y_m, user.yaw_rad, user.speed_mps, user.z_m) for user in users]
+        motions = np.array(poses).reshape(-1, 5).T
+        self.others = others = road.along(self.sight_m, motions, users)
         self.route_y = np.interp(self.grid_m, road.s_m, road.route_y_m)
         self.most_mps = np.interp(self.grid_m, road.route.s, road.speed_mps)
         self.soon_m = proposing.soon_s * float(self.most_mps[self.here :].max())
@@ -140,67 +123,55 @@ class StreetScene:
         apart_m = np.abs(others.y_m - np.interp(others.s_m, self.grid_m, self.way_y))
         self.blocks = apart_m < body_m
         body_m = body_m + proposing.beside_m
-        self._on_route = np.abs(others.beside_m) < body_m
+        on_route = np.abs(others.beside_m) < body_m
         ahead = (others.s_m > s_m) & (others.s_m < s_m + self.soon_m)
         usual_mps = np.interp(others.s_m, self.grid_m, self.most_mps)
         slow = ahead & (apart_m < body_m) & (others.along_mps < proposing.share * usual_mps)
-        self._note_slow(tracks, slow)
-        free = self._on_route & ahead & ~self._waiting()
-        passable = [n for n in np.flatnonzero(free) if self._may_pass(n, tracks[n])]
-        self.passable = sorted(passable, key=lambda n: others.s_m[n])
+        passable = self._passable(on_route, slow)
+        self.passable = [n for n in passable if ahead[n]]
+        # Who drives on the way of the car already.
+        is_along = others.along_mps >= math.cos(ALONG_RAD) * motions[3]
+        self.is_ahead = ahead & is_along & (apart_m < self.inside_m)
         comes = (others.s_m < s_m) & (others.along_mps > self.speed_mps)
-        self.emergency = [n for n in np.flatnonzero(comes) if self._kinds[n] == AMBULANCE]
+        comes &= np.abs(others.beside_m) < seen.beside_m + others.half_width_m
+        self.emergency = [n for n in np.flatnonzero(comes) if users[n].kind == AMBULANCE]
 
-    def _others(self) -> Others:
-        users, near_m = self.obstacles, self.settings.prediction.beside_m
-        poses = [(user.x_m, user.y_m, user.yaw_rad, user.speed_mps) for user in users]
-        x_m, y_m, yaw_rad, mps = np.array(poses).reshape(-1, 4).T
-        along = self.road.along(self.sight_m, x_m, y_m, yaw_rad, users)
-        from_m, to_m = self.sight_m
-        near = (np.abs(along.beside_m) < near_m) & (along.s_m > from_m) & (along.s_m < to_m)
-        found = along.s_m, along.y_m, along.beside_m, mps * along.cos
-        sizes = along.half_length_m, along.half_width_m
-        return Others(np.flatnonzero(near), *(part[near] for part in (*found, *sizes)))
+    def _passable(self, on_route: np.ndarray, slow: np.ndarray) -> list[int]:
+        """Return who holds the car up for so long that it is passed, the nearest one first.
 
-    def _note_slow(self, tracks: Sequence[Track], slow: np.ndarray) -> None:
-        """Note since when each holds the car up; while the car passes, no one is forgotten."""
-        for number, track in enumerate(tracks):
-            if track is _UNKNOWN:
+        While the car passes, no one is forgotten. Who waits before a junction is not passed.
+        """
+        others, times = self.others, self.settings.proposals
+        found: list[int] = []
+        queue_m = math.inf  # rear of the last one that waits
+        for n in np.argsort(-others.s_m).tolist():
+            user, along_mps = self.obstacles[n], others.along_mps[n]
+            track, rests = self.tracker.of(user), bool(along_mps < AT_REST_MPS)
+            if rests != track.rests or not (slow[n] or self.way.until_m):
+                track.rests, track.since_s = rests, self.time_s
+            if not on_route[n] or along_mps < -AT_REST_MPS:
                 continue
-            if slow[number]:
-                track.slow_since_s = min(track.slow_since_s, self.time_s)
-                at_rest = self.others.along_mps[number] < AT_REST_MPS
-                rest_s = min(track.rest_since_s, self.time_s) if at_rest else math.inf
-                track.rest_since_s = rest_s
-            elif not self.way.until_m:
-                track.slow_since_s = track.rest_since_s = math.inf
-
-    def _may_pass(self, n: int, track: Track) -> bool:
-        """Return whether a road user holds the car up for so long that it is passed."""
-        along_mps, kind, times = self.others.along_mps[n], self._kinds[n], self.settings.proposals
-        if kind == PEDESTRIAN or along_mps < -AT_REST_MPS:
-            return False
-        if kind == OBSTACLE:
-            return True
-        if along_mps < AT_REST_MPS:
-            needed_s = times.stopped_s if track.has_moved else times.at_rest_s
-            return self.time_s - track.rest_since_s >= needed_s
-        return self.time_s - track.slow_since_s >= times.moves_s
-
-    def _waiting(self) -> np.ndarray:
-        """Return which road users wait in a queue before a junction."""
-        others, queue_m = self.others, self.settings.proposals.wait_m
-        waits, end_m = np.zeros(len(self._kinds), bool), math.inf
-        front_m = others.s_m + others.half_length_m
-        at_rest = self._on_route & (np.abs(others.along_mps) < AT_REST_MPS)
-        for n in np.argsort(-others.s_m):
-            if not at_rest[n] or self._kinds[n] == OBSTACLE:
+            needed_s = times.moves_s
+            if user.kind == OBSTACLE:
+                needed_s = 0.0
+            elif rests and self._waits(n, queue_m):
+                queue_m = self.rear_m(n)
                 continue
-            to_line_m = self.lines_m - front_m[n]
-            is_near = ((to_line_m > -0.5 * queue_m) & (to_line_m < queue_m)).any()
-            if is_near or end_m - front_m[n] < queue_m:
-                waits[n], end_m = True, others.s_m[n] - others.half_length_m[n]
-        return waits
+            elif rests:
+                needed_s = times.stopped_s if track.has_moved else times.at_rest_s
+            if user.kind != PEDESTRIAN and self.time_s - track.since_s >= needed_s:
+                found.append(n)
+        return found[::-1]
+
+    def _waits(self, n: int, queue_m: float) -> bool:
+        """Return whether one at rest waits before a junction, or in a queue up to an arc length."""
+        front_m, near_m = (
+            self.others.s_m[n] + self.others.half_length_m[n],
+            self.settings.proposals.wait_m,
+        )
+        to_line_m = self.lines_m - front_m
+        is_near = ((to_line_m > -0.5 * near_m) & (to_line_m < near_m)).any()
+        return bool(is_near) or queue_m - front_m < near_m
 
     @property
     def changes_lane(self) -> bool:
@@ -215,12 +186,8 @@ class StreetScene:
         inside = (its_s > self.s_m) & (its_s < self.road.route.length_m)
         inside &= reach_m < 0.5 * self.width_m - SAME_M
         invades = inside & (self.others.along_mps < -AT_REST_MPS)
-        return bool(invades.any()) and not self.road.in_junction[self.at]
-
-    @property
-    def is_on_oncoming_lane(self) -> bool:
-        """Whether the car is on the oncoming lane."""
-        return bool(self.way_y[self.here] > self.line_y[self.here])
+        in_junction = any(way.line_m < self.s_m < way.end_m for way in self.crossings)
+        return bool(invades.any()) and not in_junction
 
     def ways(self, offsets_m: Sequence[np.ndarray]) -> np.ndarray:
         """Return (P, G) places across the road on the grid."""
@@ -230,8 +197,3 @@ class StreetScene:
     def rear_m(self, n: int) -> float:
         """Return the arc length of the rear of a road user [m]."""
         return float(self.others.s_m[n] - self.others.half_length_m[n])
-
-    def needed_m(self, n: int, side: float) -> float:
-        """Return how far beside the route the car passes a road user on one side [m]."""
-        reach_m = self.body_m[n] + self.settings.proposals.beside_m
-        return float(max(side * self.others.beside_m[n] + reach_m, 0.0))

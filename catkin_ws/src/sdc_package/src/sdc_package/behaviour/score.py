@@ -10,8 +10,10 @@ import numpy as np
 from sdc_common.driving import DetectedObstacle
 from sdc_map.crossings import OVER_M
 from sdc_package.behaviour.junctions import Claim, taken_s
+from sdc_package.behaviour.offset_path import SAME_M
 from sdc_package.behaviour.predict import STEP_S, TIMES_S, Predicted
-from sdc_package.behaviour.propose import KEEP, Proposal
+from sdc_package.behaviour.propose import KEEP, NEW_WAY, Proposal
+from sdc_package.behaviour.road import BEHIND_LINE
 from sdc_package.behaviour.scene import StreetScene
 from sdc_package.behaviour.simulate import Simulated
 from sdc_package.named import load_named
@@ -51,9 +53,11 @@ class Scored:
     met: np.ndarray
     takes_from: np.ndarray
 
-    def gains_m(self, better: int, worse: int) -> dict[str, float]:
-        """Return by how much less each term costs on one proposal than on another [m]."""
-        return {name: float(costs[worse] - costs[better]) for name, costs in self.terms.items()}
+    def separates(self, better: int, worse: int) -> tuple[str, float]:
+        """Return what separates two proposals most: a term or "progress", and how much [m]."""
+        gains_m = {name: float(costs[worse] - costs[better]) for name, costs in self.terms.items()}
+        gains_m["progress"] = float(self.progress_m[better] - self.progress_m[worse])
+        return max(gains_m.items(), key=lambda gain: gain[1])
 
     @property
     def value_m(self) -> np.ndarray:
@@ -114,15 +118,13 @@ def score(
         line_m = crossing.line_m + OVER_M - front_m
         inside = (end_m > line_m) & (end_m < crossing.end_m + front_m)
         counts["blocks_junction"] += rests & inside & (scene.s_m < line_m)
-    for crosswalk, _ in scene.crosswalks:
+    for crosswalk in scene.crosswalks:
         line_m = crosswalk.begin_m - front_m
         counts["crosswalk"] += (end_m > line_m) & (scene.s_m < line_m + OVER_M)
     usual_mps2 = scene.settings.braking_mps2
     counts["braking"] = np.maximum(result.braking_mps2 - usual_mps2, 0.0)
     counts["oncoming"] = result.oncoming_s
-    for index, proposal in enumerate(proposals):
-        for name, cost in proposal.way.costs.items():
-            counts[name][index] += cost
+    counts.update(_of_ways(scene, proposals, result.way_y[:, scene.soon]))
     weights_m = scene.settings.weights_m
     terms = {name: weights_m[name] * values for name, values in counts.items()}
     progress_m = end_m - result.s_m[0] + result.speed_mps[-1]
@@ -137,13 +139,32 @@ def _contacts(
         return np.zeros(len(proposals)), np.zeros(len(proposals)), np.full(len(proposals), -1)
     # On its own side of the road, or to return there, the car can still brake for it.
     keeps = np.array([proposal.way.name == KEEP for proposal in proposals])
-    may_wait = keeps & ((result.oncoming_s == 0.0) | scene.is_on_oncoming_lane)
+    is_there = scene.way_y[scene.here] > scene.line_y[scene.here]
+    may_wait = keeps & ((result.oncoming_s == 0.0) | is_there)
     stops_s = scene.speed_mps / scene.settings.braking_mps2
     late = may_wait[:, None] & (result.contact_s > stops_s)
     weight = np.where(late, 0.0, others.weight)
     sooner = weight * np.exp(-result.contact_s / TIMES_S[-1])
     late_counts = np.where(late, others.weight / np.maximum(result.contact_s, STEP_S), 0.0)
     return sooner.max(axis=1), late_counts.max(axis=1), result.contact_s.argmin(axis=1)
+
+
+def _of_ways(
+    scene: StreetScene, proposals: Sequence[Proposal], way_y: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Return what (P, N) places across the road count, for lines and for whom they hinder."""
+    beside_m = way_y - scene.route_y[scene.soon]
+    left = scene.road.left[scene.road.at(scene.grid_m[scene.soon])]
+    hinders = np.zeros(len(proposals))
+    for n in scene.emergency[:1]:
+        apart_m = np.abs(way_y[:, way_y.shape[1] // 2] - scene.others.y_m[n])
+        hinders = np.maximum(0.0, 1.0 - apart_m / scene.body_m[n])
+    return {
+        "solid_line": ((beside_m > scene.inside_m) & (left == BEHIND_LINE)).any(axis=1),
+        "beside": (np.abs(beside_m) > SAME_M).mean(axis=1),
+        "new_way": np.array([NEW_WAY[proposal.way.name] for proposal in proposals]),
+        "hinders": hinders,
+    }
 
 
 def name_of(user: DetectedObstacle) -> str:
@@ -161,10 +182,8 @@ def because(
     other: int,
 ) -> str:
     """Return what separated a proposal from a better one, in a few words, "" if nothing did."""
-    gains = scored.gains_m(best, other)
-    gains["progress"] = float(scored.progress_m[best] - scored.progress_m[other])
-    name = max(gains, key=lambda term: gains[term])
-    if gains[name] < 0.5:
+    name, gain_m = scored.separates(best, other)
+    if gain_m < 0.5:
         return ""
     if name in ("contact", "late_contact"):
         row = int(scored.met[other])
@@ -173,4 +192,4 @@ def because(
     if name == "right_of_way":
         user = scene.obstacles[claims[int(scored.takes_from[other])].number]
         return f"takes the way of {name_of(user)}"
-    return f"{gains[name]:.0f} m less" + ("" if name == "progress" else f" for {name}")
+    return f"{gain_m:.0f} m less" + ("" if name == "progress" else f" for {name}")

@@ -23,6 +23,7 @@ _REACTS_STEPS = 2
 class Simulated(NamedTuple):
     """What becomes of P proposals among R predicted rows, in T steps of STEP_S."""
 
+    way_y: np.ndarray  # (P, G) place across the road on the grid of the scene [m]
     s_m: np.ndarray  # (T, P) arc length of the car's centre [m]
     speed_mps: np.ndarray  # (T, P)
     contact_s: np.ndarray  # (P, R) time of the first contact that the car would cause [s]
@@ -31,154 +32,122 @@ class Simulated(NamedTuple):
     leads: np.ndarray  # (P, R) whether a road user is ahead in the way of the car soon
 
 
-class _Pairs(NamedTuple):
-    """What the car and the R others are to each other; the sum of their half sizes, (T, R)."""
-
-    half_length_m: np.ndarray
-    half_width_m: np.ndarray
-    moves: np.ndarray  # (T, R) whether the other one moves
-    aligned: np.ndarray  # (R,) whether it drives in the direction of the car
-    follows: np.ndarray  # (R,) whether it is behind the car on its lane now
-
-
 def simulate(scene: StreetScene, proposals: Sequence[Proposal], others: Predicted) -> Simulated:
     """Simulate proposals among the predicted others."""
-    offsets_m = {proposal.number: proposal.way.offset_m for proposal in proposals}
-    ways_y = scene.ways(list(offsets_m.values()))
-    bends = [scene.way.bend_mps(way_y - scene.route_y, scene.grid_m) for way_y in ways_y]
-    numbers = [proposal.number for proposal in proposals]
-    shares = np.array([[proposal.share] for proposal in proposals])
-    most_mps = np.minimum(scene.most_mps * shares, np.array(bends)[numbers])
-    way_y, settings = ways_y[numbers], scene.settings
-    half_width_m = others.half_width_m + 0.5 * settings.width_m
-    aligned = others.along_mps[0] > np.abs(others.left_mps)
-    behind = aligned & (others.s_m[0] < scene.s_m)
-    pairs = _Pairs(
-        others.half_length_m + settings.front_m,
-        half_width_m,
-        np.abs(others.along_mps) > AT_REST_MPS,
-        aligned,
-        behind & (np.abs(others.y_m[0] - way_y[0, scene.here]) < half_width_m[0]),
-    )
-    light_m = scene.stop.s_m if scene.stop else math.inf
-    stops_m = [min(proposal.stop_m, light_m) for proposal in proposals]
-    s_m, speed_mps, hardest_mps2, leads = _driven(
-        scene, way_y, most_mps, np.array(stops_m), others, pairs
-    )
-    new = np.array([[proposal.way.is_new] for proposal in proposals])
-    places = _at(scene, s_m)
-    place_y = way_y[np.arange(len(proposals)), places]
-    oncoming_s = STEP_S * (place_y > scene.line_y[places]).sum(axis=0)
-    contact_s = _contacts(scene, way_y, place_y, s_m, speed_mps, new, others, pairs)
-    return Simulated(s_m, speed_mps, contact_s, hardest_mps2, oncoming_s, leads)
+    cars = _Cars(scene, proposals, others)
+    s_m, speed_mps, hardest_mps2, leads = cars.driven()
+    places = cars.at(s_m)
+    oncoming_s = STEP_S * (cars.way_y[cars.rows, places] > scene.line_y[places]).sum(axis=0)
+    contact_s = cars.contacts_s(s_m, speed_mps)
+    return Simulated(cars.way_y, s_m, speed_mps, contact_s, hardest_mps2, oncoming_s, leads)
 
 
-def _at(scene: StreetScene, s_m: np.ndarray) -> np.ndarray:
-    """Return the indices of the places on the grid at arc lengths."""
-    places = ((s_m - scene.from_m) / GRID_M).astype(int)
-    return np.minimum(np.maximum(places, 0), len(scene.grid_m) - 1)
+class _Cars:
+    """The car on each of P proposals, among R predicted rows."""
+
+    def __init__(self, scene: StreetScene, proposals: Sequence[Proposal], others: Predicted):
+        self.scene, self.settings, self.others = scene, scene.settings, others
+        self.rows = np.arange(len(proposals))
+        offsets_m = {proposal.number: proposal.way.offset_m for proposal in proposals}
+        ways_y = scene.ways(list(offsets_m.values()))
+        numbers = [proposal.number for proposal in proposals]
+        self.way_y = ways_y[numbers]
+        bends_mps = scene.way.bend_mps(ways_y - scene.route_y, scene.grid_m)
+        shares = np.array([[proposal.share] for proposal in proposals])
+        self.most_mps = np.minimum(scene.most_mps * shares, bends_mps[numbers])
+        light_m = scene.stop.s_m if scene.stop else math.inf
+        self.stops_m = np.array([min(proposal.stop_m, light_m) for proposal in proposals])
+        self.is_new = np.array([[proposal.way.is_new] for proposal in proposals])
+        apart_m = np.abs(others.y_m[0] - self.way_y[0, scene.here])
+        # Who is behind the car on its lane now.
+        self.follows = others.aligned & (others.s_m[0] < scene.s_m)
+        self.follows &= apart_m < others.half_width_m[0]
+
+    def at(self, s_m: np.ndarray) -> np.ndarray:
+        """Return the indices of the places on the grid at arc lengths."""
+        places = ((s_m - self.scene.from_m) / GRID_M).astype(int)
+        return np.minimum(np.maximum(places, 0), len(self.scene.grid_m) - 1)
+
+    def driven(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return arc lengths and speeds (T, P), greatest decelerations, and who is ahead (P, R)."""
+        scene, others, margins = self.scene, self.others, self.settings.streets
+        side_m = np.where(others.moves, margins.side_m, self.settings.planner.obstacles.side_m)
+        its_way_y = self.way_y[self.rows[:, None], self.at(others.s_m)[:, None]]  # (T, P, R)
+        in_way = np.abs(others.y_m[:, None] - its_way_y) < (others.half_width_m + side_m)[:, None]
+        in_way &= others.goes_on & ~self.follows
+        leads = np.zeros(in_way.shape[1:], bool)
+        ever = np.flatnonzero(in_way.any(axis=(0, 1)))
+        in_way, half_length_m = in_way[..., ever], others.half_length_m[:, ever]
+        along_mps, count = others.along_mps[:, ever], len(self.rows)
+        s_m, v = np.full(count, scene.s_m), np.full(count, scene.speed_mps)
+        way_s, way_mps, hardest = np.empty((STEPS, count)), np.empty((STEPS, count)), 0.0 * v
+        # The stop counts as a road user at rest, so far ahead that the car stops there.
+        gaps_m, ahead_mps = np.empty((count, len(ever) + 1)), np.zeros(len(ever) + 1)
+        for step, its_s in enumerate(others.s_m[:, ever]):
+            way_s[step], way_mps[step] = s_m, v
+            distance_m = its_s - s_m[:, None]
+            ahead = in_way[step] & (distance_m > 0.0)
+            if TIMES_S[step] < self.settings.prediction.accelerates_s:
+                leads[:, ever] |= ahead
+            gaps_m[:, :-1] = np.where(ahead, distance_m - half_length_m[step], np.inf)
+            gaps_m[:, -1] = self.stops_m - s_m + margins.follow_gap_m
+            ahead_mps[:-1] = along_mps[step]
+            pushed_mps2 = self._pushed_mps2(v, ahead_mps, gaps_m)
+            hardest = np.maximum(hardest, pushed_mps2 * (v > AT_REST_MPS))
+            v_next = self._next_mps(v, self.most_mps[self.rows, self.at(s_m)], pushed_mps2)
+            s_m, v = s_m + 0.5 * STEP_S * (v + v_next), v_next
+        return way_s, way_mps, hardest, leads
+
+    def contacts_s(self, s_m: np.ndarray, speed_mps: np.ndarray) -> np.ndarray:
+        """Return (P, R) times of the first contacts that the car would cause, inf: none [s]."""
+        others, margins, way_y = self.others, self.settings.streets, self.way_y
+        half_length_m = others.half_length_m[:, None]
+        place_y = way_y[self.rows, self.at(s_m)][..., None]
+        # The front is where the centre will be; towards those behind, the rear matters.
+        front_y = way_y[self.rows, self.at(s_m + self.settings.front_m)][..., None]
+        distance_m = others.s_m[:, None] - s_m[..., None]
+        near_y = np.where(distance_m > -half_length_m, front_y, place_y)
+        reach_m = others.half_width_m + np.where(others.moves, margins.side_m, 0.0)
+        overlap = np.abs(others.y_m[:, None] - near_y) < reach_m[:, None]
+        # A new way has greater distances, so that the car is not of two minds.
+        factor = np.where(self.is_new, margins.new_factor, 1.0)
+        car_mps, its_mps = speed_mps[..., None], others.along_mps[:, None]
+        is_behind = overlap & others.aligned & (distance_m < 0.0)
+        closing_mps = np.maximum(its_mps - car_mps, 0.0)
+        safe_m = margins.gap_m + closing_mps**2 / (2.0 * margins.rear_mps2)
+        cuts_in = is_behind & (-distance_m - half_length_m < factor * safe_m)
+        # A car that stays in its lane does not cut in.
+        cuts_in &= np.abs(place_y - way_y[0, self.scene.here]) > 2.0 * SAME_M
+        is_oncoming = its_mps < -np.abs(others.left_mps)
+        clear_m = np.where(is_oncoming, -margins.oncoming_s * factor * its_mps, 0.5)
+        meets = overlap & (distance_m < half_length_m + clear_m)
+        meets &= distance_m > -half_length_m - 0.5
+        meets &= is_oncoming | (car_mps > AT_REST_MPS)
+        contact = (cuts_in | meets) & ~(_settled(is_behind) | self.follows)
+        return np.where(contact.any(axis=0), STEP_S * contact.argmax(axis=0), math.inf)
+
+    def _next_mps(self, v: np.ndarray, top: np.ndarray, pushed_mps2: np.ndarray) -> np.ndarray:
+        """Return the speeds after a step, by the intelligent driver model."""
+        margins, braking_mps2 = self.settings.streets, self.settings.braking_mps2
+        free = margins.acceleration_mps2 * (1.0 - (v / np.maximum(top, AT_REST_MPS)) ** 4)
+        a = np.maximum(np.maximum(free, -braking_mps2) - pushed_mps2, -margins.hardest_mps2)
+        most = np.maximum(top, v - STEP_S * braking_mps2)
+        return np.minimum(np.maximum(v + STEP_S * a, 0.0), most)
+
+    def _pushed_mps2(self, v: np.ndarray, ahead_mps: np.ndarray, gaps_m: np.ndarray) -> np.ndarray:
+        """Return (P,) how hard that model would brake for what is ahead [m/s^2]."""
+        margins = self.settings.streets
+        root = 2.0 * math.sqrt(margins.acceleration_mps2 * self.settings.braking_mps2)
+        wanted_s = (margins.time_gap_s + v / root)[:, None] - ahead_mps / root
+        wanted_m = margins.follow_gap_m + np.maximum(v[:, None] * wanted_s, 0.0)
+        push = (wanted_m / np.maximum(gaps_m, SAME_M)).max(axis=1) ** 2
+        return np.minimum(margins.acceleration_mps2 * push, 4.0 * margins.hardest_mps2)
 
 
-def _driven(
-    scene: StreetScene,
-    way_y: np.ndarray,
-    most_mps: np.ndarray,
-    stops_m: np.ndarray,
-    others: Predicted,
-    pairs: _Pairs,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return arc lengths and speeds (T, P), greatest decelerations, and who is ahead (P, R)."""
-    settings, margins, rows = scene.settings, scene.settings.streets, np.arange(len(way_y))
-    side_m = np.where(pairs.moves, margins.side_m, settings.planner.obstacles.side_m)
-    its_way_y = way_y[rows[:, None], _at(scene, others.s_m)[:, None]]  # (T, P, R)
-    in_way = np.abs(others.y_m[:, None] - its_way_y) < (pairs.half_width_m + side_m)[:, None]
-    in_way &= others.goes_on & ~pairs.follows
-    leads = np.zeros(in_way.shape[1:], bool)
-    ever = np.flatnonzero(in_way.any(axis=(0, 1)))
-    in_way, half_length_m = in_way[..., ever], pairs.half_length_m[:, ever]
-    along_mps = others.along_mps[:, ever]
-    s_m, v = np.full(len(rows), scene.s_m), np.full(len(rows), scene.speed_mps)
-    way_s, way_mps, hardest = np.empty((STEPS, len(rows))), np.empty((STEPS, len(rows))), 0.0 * v
-    # The stop counts as a road user at rest, so far ahead that the car stops there.
-    gaps_m, ahead_mps = np.empty((len(rows), len(ever) + 1)), np.zeros(len(ever) + 1)
-    for step, its_s in enumerate(others.s_m[:, ever]):
-        way_s[step], way_mps[step] = s_m, v
-        distance_m = its_s - s_m[:, None]
-        ahead = in_way[step] & (distance_m > 0.0)
-        if TIMES_S[step] < settings.prediction.accelerates_s:
-            leads[:, ever] |= ahead
-        gaps_m[:, :-1] = np.where(ahead, distance_m - half_length_m[step], np.inf)
-        gaps_m[:, -1], ahead_mps[:-1] = stops_m - s_m + margins.follow_gap_m, along_mps[step]
-        pushed_mps2 = _pushed_mps2(scene, v, ahead_mps, gaps_m)
-        hardest = np.maximum(hardest, pushed_mps2 * (v > AT_REST_MPS))
-        v_next = _next_mps(scene, v, most_mps[rows, _at(scene, s_m)], pushed_mps2)
-        s_m, v = s_m + 0.5 * STEP_S * (v + v_next), v_next
-    return way_s, way_mps, hardest, leads
-
-
-def _contacts(
-    scene: StreetScene,
-    way_y: np.ndarray,
-    place_y: np.ndarray,
-    s_m: np.ndarray,
-    speed_mps: np.ndarray,
-    new: np.ndarray,
-    others: Predicted,
-    pairs: _Pairs,
-) -> np.ndarray:
-    """Return (P, R) times of the first contacts that the car would cause, inf: none [s]."""
-    margins, rows = scene.settings.streets, np.arange(len(way_y))
-    half_length_m, place_y = pairs.half_length_m[:, None], place_y[..., None]
-    # The front is where the centre will be; towards those behind, the rear matters.
-    front_y = way_y[rows, _at(scene, s_m + scene.settings.front_m)][..., None]
-    distance_m = others.s_m[:, None] - s_m[..., None]
-    near_y = np.where(distance_m > -half_length_m, front_y, place_y)
-    reach_m = pairs.half_width_m + np.where(pairs.moves, margins.side_m, 0.0)
-    overlap = np.abs(others.y_m[:, None] - near_y) < reach_m[:, None]
-    # A new way has greater distances, so that the car is not of two minds.
-    factor = np.where(new, margins.new_factor, 1.0)
-    car_mps, its_mps = speed_mps[..., None], others.along_mps[:, None]
-    is_behind = overlap & pairs.aligned & (distance_m < 0.0)
-    safe_m = margins.gap_m + np.maximum(its_mps - car_mps, 0.0) ** 2 / (2.0 * margins.rear_mps2)
-    cuts_in = is_behind & (-distance_m - half_length_m < factor * safe_m)
-    # A car that stays in its lane does not cut in.
-    cuts_in &= np.abs(place_y - way_y[0, scene.here]) > 2.0 * SAME_M
-    is_oncoming = its_mps < -np.abs(others.left_mps)
-    clear_m = np.where(is_oncoming, -margins.oncoming_s * factor * its_mps, 0.5)
-    meets = overlap & (distance_m < half_length_m + clear_m)
-    meets &= distance_m > -half_length_m - 0.5
-    meets &= is_oncoming | (car_mps > AT_REST_MPS)
-    contact = (cuts_in | meets) & ~_settled(is_behind, pairs.follows)
-    return np.where(contact.any(axis=0), STEP_S * contact.argmax(axis=0), math.inf)
-
-
-def _settled(is_behind: np.ndarray, follows: np.ndarray) -> np.ndarray:
+def _settled(is_behind: np.ndarray) -> np.ndarray:
     """Return (T, P, R) whether a road user behind the car has had the time to keep away."""
     since = is_behind.copy()
     for steps in range(1, _REACTS_STEPS + 1):
         since[steps:] &= is_behind[:-steps]
     since[:_REACTS_STEPS] = False
-    return np.logical_or.accumulate(since, axis=0) | follows
-
-
-def _next_mps(
-    scene: StreetScene, v: np.ndarray, top: np.ndarray, pushed_mps2: np.ndarray
-) -> np.ndarray:
-    """Return the speeds after a step, by the intelligent driver model."""
-    margins, braking_mps2 = scene.settings.streets, scene.settings.braking_mps2
-    free = margins.acceleration_mps2 * (1.0 - (v / np.maximum(top, AT_REST_MPS)) ** 4)
-    a = np.maximum(np.maximum(free, -braking_mps2) - pushed_mps2, -margins.hardest_mps2)
-    most = np.maximum(top, v - STEP_S * braking_mps2)
-    return np.minimum(np.maximum(v + STEP_S * a, 0.0), most)
-
-
-def _pushed_mps2(
-    scene: StreetScene, v: np.ndarray, ahead_mps: np.ndarray, gaps_m: np.ndarray
-) -> np.ndarray:
-    """Return (P,) how hard the intelligent driver model would brake for what is ahead [m/s^2]."""
-    margins = scene.settings.streets
-    root = 2.0 * math.sqrt(margins.acceleration_mps2 * scene.settings.braking_mps2)
-    wanted_s = (margins.time_gap_s + v / root)[:, None] - ahead_mps / root
-    wanted_m = margins.follow_gap_m + np.maximum(v[:, None] * wanted_s, 0.0)
-    push = (wanted_m / np.maximum(gaps_m, SAME_M)).max(axis=1) ** 2
-    return np.minimum(margins.acceleration_mps2 * push, 4.0 * margins.hardest_mps2)
+    return np.logical_or.accumulate(since, axis=0)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sdc_common.driving import DetectedObstacle, Observation, Path, other_level, points_as_sent
+from sdc_common.driving import Observation, Path, other_level, points_as_sent
 from sdc_common.geometry.route import smooth_step
 from sdc_common.planning.stop_line import StopLine
 from sdc_map.crossings import Crossing, crossings, heights_along, places_along
@@ -35,9 +35,6 @@ if TYPE_CHECKING:
 # It aims at a speed that is so much greater than its own [m/s], at a point so far ahead [m].
 _AIM_FASTER_MPS = 0.2
 _AIM_AHEAD_M = 0.3
-# The level of others is that of the route, from so far behind the car to so far beyond what it
-# looks at [m].
-_MARGIN_M = 50.0
 # A decision in so many plans, 20 a second.
 _EVERY = 2
 
@@ -122,12 +119,14 @@ class StreetPlanner:
         places = list(places_along(self._network, route))
         if not places:
             raise ValueError(f"the route is not on lanes of the map {self._network.name}")
-        self._heights_m = heights_along(self._network, route, places)
+        heights_m = heights_along(self._network, route, places)
+        if self._network.is_flat:  # one that measures another height is on its lane, too
+            heights_m = np.full_like(heights_m, math.nan)
         self._crossings = crossings(self._network, route, places, local.speed)
         self._entered: list[Crossing] = []  # that in which the car cannot stop any more
         self._lines_m = np.array([crossing.line_m for crossing in self._crossings])
         self._crosswalks = crosswalks_on(route, self._network.crosswalks)
-        self._road = road_along(self._network, route, places, local.speed, self._heights_m)
+        self._road = road_along(self._network, route, places, local.speed, heights_m)
         self.way = OffsetPath(route, float(local.speed.max()), self._settings)
         self._stood_since_s, self._plans, self.decision = math.inf, 0, Decision()
         self._local, self._search = local, WaypointSearch(route.points)
@@ -148,21 +147,25 @@ class StreetPlanner:
         if self._y_sign < 0.0:
             others = [negated(user, "y_m", "yaw_rad") for user in observation.obstacles]
             observation = replace(negated(observation, "y_m", "yaw_rad"), obstacles=others)
-            lines = self._known_lights.lines.items()
-            self._lights.lines = {number: negated(line, "y_m") for number, line in lines}
+            known = self._known_lights.lines.items()
+            self._lights.lines = {number: negated(line, "y_m") for number, line in known}
         x_m, y_m, yaw_rad = observation.x_m, observation.y_m, observation.yaw_rad
         local = self._local
         assert local is not None, "a mission is followed before the first plan"
         rows = local.free_path(self._search.first_ahead(x_m, y_m), x_m, y_m, yaw_rad)
-        if not self._network.is_flat:
-            observation = self._on_level(local, observation)
-        self._lights.states = dict(observation.light_states)
+        lines = self._lights.lines
+        self._lights.states = {
+            number: state
+            for number, state in observation.light_states.items()
+            if number in lines and self._is_on_level(local, lines[number])
+        }
         self._tracker.update(observation.obstacles, observation.stamp_s)
         place = local.place
         if not self._plans and abs(place.cross_track_m) > PULLS_OUT_M:
             out = smooth_step(local.route.s, place.s_m, self._settings.proposals.shift_m)
             self.way.follow(place.cross_track_m * (1.0 - out), place.s_m)
-        self.way.pass_by(place.s_m)
+        if self.way.until_m:
+            self.way.follow(self.way.offset_m, place.s_m)
         stop = self._stop(local, observation)
         if self._plans % _EVERY == 0:
             self._decide(local, observation, stop)
@@ -175,28 +178,12 @@ class StreetPlanner:
             self._rows, self._path = rows, Path.from_rows(rows * (1.0, self._y_sign, 1.0))
         return self._path
 
-    def _on_level(self, local: LocalPlanner, observation: Observation) -> Observation:
-        """Return what the car observes without road users and lights on other levels.
-
-        They are compared with the route where it is nearest to them: the road may rise.
-        """
-        route, lines, s_m = local.route, self._lights.lines, local.place.s_m
-        ends_m = s_m - _MARGIN_M, s_m + local.horizon_m + _MARGIN_M
-        first, last = np.searchsorted(route.s, ends_m)
-        points_m, heights_m = route.points[first:last], self._heights_m[first:last]
-
-        def is_on_level(place: DetectedObstacle | StopLine) -> bool:
-            away_m = np.hypot(*(points_m - (place.x_m, place.y_m)).T)
-            row = int(np.argmin(away_m))
-            return not other_level(place.z_m, heights_m[row], away_m[row])
-
-        obstacles = [user for user in observation.obstacles if is_on_level(user)]
-        states = {
-            number: state
-            for number, state in observation.light_states.items()
-            if number in lines and is_on_level(lines[number])
-        }
-        return replace(observation, obstacles=obstacles, light_states=states)
+    def _is_on_level(self, local: LocalPlanner, line: StopLine) -> bool:
+        """Return whether a stop line is not one above or below the route."""
+        s_m = line.along(local.route, local.place.s_m, local.horizon_m)
+        if s_m is None:
+            return True
+        return not other_level(line.z_m, np.interp(s_m, local.route.s, self._road.z_m))
 
     def _stop(self, local: LocalPlanner, observation: Observation) -> Stop | None:
         """Return where the car must stop for a light or a stop sign."""
@@ -225,10 +212,11 @@ class StreetPlanner:
         until_m = min(s_m, stop.s_m if stop else math.inf) + local.horizon_m
         near = [crossing for crossing in self._crossings[:2] if crossing.line_m < until_m]
         in_use = [
-            (crosswalk, user)
+            crosswalk
             for crosswalk in self._crosswalks
-            if s_m < crosswalk.end_m and crosswalk.begin_m < until_m
-            if (user := crosswalk.user(local.route, obstacles))
+            if s_m < crosswalk.end_m
+            and crosswalk.begin_m < until_m
+            and crosswalk.user(local.route, obstacles)
         ]
         stood_s = observation.stamp_s - self._stood_since_s
         has_waited = observation.speed_mps > AT_REST_MPS or stood_s > self._settings.streets.waits_s
@@ -236,7 +224,6 @@ class StreetPlanner:
             self._road,
             self.way,
             self._settings,
-            self._network,
             obstacles,
             self._tracker,
             observation.stamp_s,
@@ -248,9 +235,7 @@ class StreetPlanner:
             stop,
             has_waited,
         )
-        self.decision = decide(
-            scene, self._predictor, self.decision, self._score, self._keeps_route
-        )
+        self.decision = decide(scene, self._predictor, self._score, self._keeps_route)
         chosen = self.decision.proposal
         if chosen is not None and chosen.way.name != KEEP:
             self.way.follow(chosen.way.offset_m, s_m)
