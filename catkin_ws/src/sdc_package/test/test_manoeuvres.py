@@ -81,8 +81,8 @@ def test_car_lets_those_beside_it_go_first_where_its_route_changes_lanes(speed_m
 def test_car_beside_a_dense_flow_drives_on_to_where_it_waits_for_a_gap_before_its_lane_ends():
     planner = new_planner(two_lanes(), changing(600.0))
     flow = [Other(x, WIDTH_M, 10.0, x).at(0.0) for x in range(500, 700, 12)]
-    planner.plan(seen_at(600.0, 0.0, 10.0, flow))
-    assert planner.decision.most_mps > 7.0 and 620.0 < planner.decision.stop_m < 692.0
+    path = planner.plan(seen_at(600.0, 0.0, 10.0, flow))
+    assert path.points[0][2] > 7.0 and 620.0 < planner.decision.stop_m < 692.0
 
 
 def test_car_pulls_out_after_the_one_that_comes():
@@ -94,7 +94,7 @@ def test_car_pulls_out_after_the_one_that_comes():
 def test_way_is_the_route_when_the_road_is_free():
     planner = new_planner(two_way(), straight(300.0))
     planner.plan(seen_at(10.0, 0.0, 8.0, [Other(60.0, WIDTH_M, -8.0).at(0.0)]))
-    assert planner.way.until_m == 0.0 and planner.decision.most_mps == np.inf
+    assert planner.way.until_m == 0.0 and planner.decision.reason == ""
 
 
 def test_car_alone_changes_lanes_with_its_route_without_braking():

@@ -8,8 +8,7 @@ from planned_roads import SETTINGS
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.route import Route
-from sdc_package.obstacle_prediction import Distances
-from sdc_package.obstacles import caps_behind, speed_caps
+from sdc_package.obstacles import speed_caps
 
 MARGINS = SETTINGS.obstacles
 STRAIGHT = Route(np.column_stack([np.arange(201.0), np.zeros(201)]))
@@ -119,52 +118,3 @@ def test_speed_never_rises_towards_an_obstacle(x, y, yaw, speed, from_s):
     finite = found[np.isfinite(found)]
     assert (np.diff(finite) <= 1e-9).all()
     assert (finite >= 0.0).all()
-
-
-# What only the planner on a map asks for: the speed of the car, another time gap, a path beside
-# the route.
-DISTANCES = Distances(MARGINS, 1.5, MARGINS.gap_m, BRAKING, horizon_m=100.0)
-
-
-def caps_of(vehicle, from_s=0.0, speed_mps=0.0, offset_m=0.0, distances=DISTANCES):
-    s_m = STRAIGHT.s
-    return caps_behind(STRAIGHT, s_m, from_s, vehicle, distances, speed_mps, lambda _: offset_m)
-
-
-def test_car_that_follows_closely_keeps_its_time_gap():
-    far, near = (caps_of(car(speed=4.0), from_s=s).min() for s in (STOP - 6.0, STOP))
-    assert (far, near) == (pytest.approx(4.0), pytest.approx(4.0 - 1.5 * 4.0 / 2.0))
-    follows_closely = DISTANCES._replace(follow_gap_m=4.0)
-    closer = caps_of(car(speed=4.0), from_s=STOP, distances=follows_closely).min()
-    assert closer == pytest.approx(near + 0.5)
-
-
-def test_car_falls_back_gently():
-    gently = caps_of(car(speed=9.0), from_s=STOP, speed_mps=9.0).min()
-    assert gently == pytest.approx(9.0 - 2.5)
-
-
-def test_time_gap_does_not_matter_before_a_standing_car():
-    np.testing.assert_array_equal(
-        caps_of(car()), caps_of(car(), distances=DISTANCES._replace(time_gap_s=0.0))
-    )
-
-
-@pytest.mark.parametrize(("offset_m", "blocks"), [(0.0, True), (2.3, True), (2.5, False)])
-def test_only_a_car_on_the_path_matters(offset_m, blocks):
-    assert np.isfinite(caps_of(car(), offset_m=offset_m)).any() == blocks
-    assert np.isfinite(caps_of(car(y=3.0), offset_m=3.0 - offset_m)).any() == blocks
-
-
-def test_late_car_uses_the_gap_rather_than_brakes_hard():
-    late, slow = (caps_of(car(x=80.0), from_s=66.0, speed_mps=v) for v in (8.0, 0.0))
-    last_m = [float(STRAIGHT.s[np.flatnonzero(found > 0.0)[-1]]) for found in (slow, late)]
-    assert last_m[0] < 80.0 - 2.0 - 5.0 - 2.35 < last_m[1] < 80.0 - 2.0 - 2.35
-
-
-def test_car_does_not_brake_for_one_before_which_it_passes():
-    crossing = car(x=75.0, y=6.0, yaw=-math.pi / 2.0, speed=3.0)
-    assert not np.isfinite(caps_of(crossing, from_s=70.0, speed_mps=25.0)).any()
-    assert caps_of(crossing, from_s=70.0, speed_mps=3.0).min() == 0.0
-    # It may be in the way up to half a second before the time at which it is looked at.
-    assert caps_of(crossing, from_s=70.0, speed_mps=15.0).min() == 0.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Callable, NamedTuple, Sequence
+from typing import Sequence
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.route import Route
@@ -13,8 +13,6 @@ from sdc_common.validation import check_non_negative
 # Times ahead at which a moving obstacle is predicted, so that the car brakes before a pedestrian
 # steps onto the lane [s].
 PREDICTION_TIMES_S = (0.0, 0.5, 1.0, 1.5, 2.0)
-# Time between two of them [s].
-STEP_S = 0.5
 # An obstacle that moves along the route more slowly than this is treated as standing [m/s].
 _MIN_FOLLOW_SPEED_MPS = 0.5
 
@@ -34,16 +32,6 @@ class ObstacleMargins:
         check_non_negative(**vars(self))
 
 
-class Distances(NamedTuple):
-    """Distances that the car keeps from obstacles, and how it brakes for them."""
-
-    margins: ObstacleMargins  # to those that stand
-    time_gap_s: float  # additional time to the one that it follows [s]
-    follow_gap_m: float  # distance to it at standstill [m]
-    braking_mps2: float  # deceleration with which the car stops [m/s^2]
-    horizon_m: float  # length of the route ahead of the car that is searched [m]
-
-
 def blocked_from(
     route: Route,
     from_s_m: float,
@@ -51,7 +39,6 @@ def blocked_from(
     time_s: float,
     margins: ObstacleMargins,
     horizon_m: float,
-    offset_at: Callable[[float], float] | None = None,
 ) -> tuple[float, float] | None:
     """Return the stretch of the route that an obstacle blocks, None if it is beside the path.
 
@@ -62,8 +49,6 @@ def blocked_from(
         time_s: time ahead [s]
         margins: distances to keep
         horizon_m: length of the route ahead of the car that is searched [m]
-        offset_at: returns how far the path of the car is from the route at an arc length, positive
-            to the left [m]; None: the path is the route
 
     Returns:
         arc length of the obstacle's rear [m], and its speed along the route, 0 if it stands or
@@ -83,8 +68,7 @@ def blocked_from(
     half_along_m = 0.5 * (obstacle.length_m * cos + obstacle.width_m * sin)
     half_across_m = 0.5 * (obstacle.length_m * sin + obstacle.width_m * cos)
     free_m = half_across_m + 0.5 * margins.car_width_m + margins.side_m
-    offset_m = offset_at(place.s_m) if offset_at else 0.0
-    if abs(place.cross_track_m - offset_m) > free_m or place.s_m <= from_s_m:
+    if abs(place.cross_track_m) > free_m or place.s_m <= from_s_m:
         return None
     along_mps = obstacle.speed_mps * math.cos(relative_yaw)
     return place.s_m - half_along_m, along_mps if along_mps > _MIN_FOLLOW_SPEED_MPS else 0.0

@@ -12,7 +12,7 @@ from sdc_map.crossings import BESIDE_M, OVER_M
 from sdc_package.behaviour.junctions import Claim, claims_of
 from sdc_package.behaviour.predict import STEP_S, Predictor
 from sdc_package.behaviour.propose import KEEP, Proposal, proposals, ways
-from sdc_package.behaviour.scene import Stop, StreetScene
+from sdc_package.behaviour.scene import AT_REST_MPS, Stop, StreetScene
 from sdc_package.behaviour.score import Score, Scored, because, name_of
 from sdc_package.behaviour.simulate import simulate
 from sdc_package.braking import FIRM_MPS2, HARD_MPS2
@@ -33,18 +33,18 @@ class Decision:
 
     Attributes:
         proposal: the best proposal, None if no one is near
-        leaders: ids of those that the car follows
-        most_mps: greatest speed [m/s]
+        s_m: arc lengths (T,) at which the car will be, see `simulate` [m]
+        speed_mps: its speeds there [m/s]
         reason: what limits the speed, "" if nothing does
-        detail: the two best proposals, and what separated them
+        detail: the two best proposals and what separated them, or whom the car follows
         brakes_hard: whether the car brakes as hard as it can
         proposals: all that the car could do
         scored: the scores of them, None without any
     """
 
     proposal: Proposal | None = None
-    leaders: tuple[int, ...] = ()
-    most_mps: float = math.inf
+    s_m: Sequence[float] = ()
+    speed_mps: Sequence[float] = ()
     reason: str = ""
     detail: str = ""
     brakes_hard: bool = False
@@ -99,27 +99,28 @@ def decide(scene: StreetScene, predictor: Predictor, score: Score, keeps_route: 
     best = int(np.argmax(scored.value_m))
     other = _compared(found, scored.value_m, best)
     chosen = found[best]
-    most_mps = math.inf
-    if chosen.share < 1.0:
-        firmly_mps = scene.speed_mps - 2.0 * STEP_S * FIRM_MPS2
-        soon_mps = max(float(result.speed_mps[2, best]), firmly_mps)
-        most_mps = max(chosen.share * float(scene.most_mps[scene.here]), soon_mps)
     # The best proposal still has a contact, before a hard stop could avoid it.
     contacts_s = np.where(others.goes_on, result.contact_s[best], math.inf)
     late_s = scene.speed_mps / (2.0 * HARD_MPS2) + STEP_S  # for a stop before the contact
     brakes_hard = contacts_s.min(initial=math.inf) < late_s
-    leaders = [scene.obstacles[number] for number in others.user[result.leads[best]]]
     known = scene, scored, result, claims, others
+    reason, detail = _reason(scene, chosen, scored.separates(best, other)[0]), ""
+    leaders = np.flatnonzero(result.leads[best])
     if brakes_hard:
         user = scene.obstacles[others.user[int(contacts_s.argmin())]]
         reason, detail = OBSTACLE, f"brakes hard for {name_of(user)}"
-    else:
-        reason = _reason(scene, chosen, scored.separates(best, other)[0])
+    elif reason:
         pairs = (best, other), (other, best)
         texts = [(found[worse], because(*known, better, worse)) for better, worse in pairs]
         detail = "; ".join(f"{proposal}: {text}" for proposal, text in texts if text)
-    ids = tuple(user.id for user in leaders)
-    return Decision(chosen, ids, most_mps, reason, detail, bool(brakes_hard), found, scored)
+    elif len(leaders):
+        first = leaders[others.s_m[0, leaders].argmin()]
+        reason, detail = OBSTACLE, name_of(scene.obstacles[others.user[first]])
+    way_mps = result.speed_mps[:, best]
+    # The car stops where it would become so slow.
+    way_mps = np.where(brakes_hard | (way_mps < AT_REST_MPS), 0.0, way_mps)
+    speeds = result.s_m[:, best], way_mps
+    return Decision(chosen, *speeds, reason, detail, bool(brakes_hard), found, scored)
 
 
 def _compared(found: Sequence[Proposal], values_m: np.ndarray, best: int) -> int:

@@ -12,7 +12,9 @@ from scipy.spatial import cKDTree
 from sdc_common.driving import other_level
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import Route, interpolate
-from sdc_map.network import SOLID, LanePlace, Network, RoadLane, edge_of
+from sdc_map.crossings import Crossing, crossings, heights_along, places_along
+from sdc_map.network import SOLID, Network, RoadLane, edge_of
+from sdc_package.behaviour.crosswalks import Crosswalk, crosswalks_on
 from sdc_package.obstacle_prediction import Obstacles
 
 # What is beside a lane: nothing, a lane of the same direction, an oncoming lane, and one behind a
@@ -60,6 +62,8 @@ class RoadAlong:
     left: np.ndarray  # what is to the left of the lane
     right: np.ndarray  # what is to its right
     edge: np.ndarray  # number of the road: others follow, or a junction, where its lanes end
+    crossings: Sequence[Crossing]
+    crosswalks: Sequence[Crosswalk]
 
     def along(self, ends_m: tuple[float, float], poses: np.ndarray, users: Obstacles) -> Along:
         """Return road users in the coordinates of this road.
@@ -100,22 +104,25 @@ class RoadAlong:
         return float(self.s_m[min(after, len(self.s_m) - 1)])
 
 
-def road_along(
-    network: Network,
-    route: Route,
-    places: Sequence[tuple[float, LanePlace]],
-    speed_mps: np.ndarray,
-    z_m: np.ndarray,
-) -> RoadAlong:
+def road_along(network: Network, route: Route, speed_mps: np.ndarray) -> RoadAlong:
     """Return the road along a route.
 
     Args:
         network: the lanes
         route: the route
-        places: arc lengths along the route, and the places on the lanes there, one at least
         speed_mps: (N,) planned speed at the points of the route [m/s]
-        z_m: (N,) height of these points, NaN on a flat map [m]
+
+    Raises:
+        ValueError: the route is not on lanes
     """
+    places = list(places_along(network, route))
+    if not places:
+        raise ValueError(f"the route is not on lanes of the map {network.name}")
+    z_m = heights_along(network, route, places)
+    if network.is_flat:  # one that measures another height is on its lane, too
+        z_m = np.full_like(z_m, math.nan)
+    found = crossings(network, route, places, speed_mps)
+    walks = crosswalks_on(route, network.crosswalks)
     rows: list[tuple] = []
     edge, jump_m, y_m, last = 0, 0.0, 0.0, ""
     for s_m, place in places:
@@ -137,7 +144,8 @@ def road_along(
     after = onward(network, end.lane, end.s_m + _BEYOND_M)
     after = interpolate(end.s_m + beyond_m, after[:, 0], after[:, 1:4])
     line = np.vstack([own, np.column_stack([route.length_m + beyond_m, after])])
-    return RoadAlong(route, line, speed_mps, z_m, *map(np.array, zip(*rows)))
+    columns = map(np.array, zip(*rows))
+    return RoadAlong(route, line, speed_mps, z_m, *columns, found, walks)
 
 
 def onward(network: Network, name: str, ahead_m: float) -> np.ndarray:

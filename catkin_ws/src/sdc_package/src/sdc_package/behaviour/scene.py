@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, Sequence
 
 import numpy as np
 
-from sdc_common.driving import DetectedObstacle
+from sdc_common.driving import DetectedObstacle, Observation
 from sdc_map.crossings import Crossing
 from sdc_package.behaviour.crosswalks import Crosswalk
 from sdc_package.behaviour.offset_path import SAME_M, OffsetPath
@@ -83,19 +84,20 @@ class StreetScene:
     road: RoadAlong
     way: OffsetPath  # where the car drives
     settings: StreetSettings
-    obstacles: Obstacles
     tracker: Tracker
-    time_s: float
+    observation: Observation
     s_m: float
-    speed_mps: float
-    lines_m: np.ndarray  # (M,) arc lengths at which junctions begin [m]
-    crossings: Sequence[Crossing] = ()  # the one that the car is in, and the next ones
-    crosswalks: Sequence[Crosswalk] = ()  # those that are in use
+    horizon_m: float  # rules and junctions are looked for so far ahead
+    crossings: Sequence[Crossing]  # the one that the car is in, and the next ones
     stop: Stop | None = None  # a red light or a stop sign
     has_waited: bool = False  # the car stands at its line for so long that others let it go first
 
     def __post_init__(self) -> None:
         road, way, s_m = self.road, self.way, self.s_m
+        self.obstacles, self.time_s = self.observation.obstacles, self.observation.stamp_s
+        self.speed_mps = self.observation.speed_mps
+        self.until_m = min(s_m, self.stop.s_m if self.stop else math.inf) + self.horizon_m
+        self.crossings = [crossing for crossing in self.crossings if crossing.line_m < self.until_m]
         seen, proposing = self.settings.prediction, self.settings.proposals
         self.from_m, self.here = s_m - seen.behind_m, int(seen.behind_m / GRID_M)
         self.sight_m = self.from_m, s_m + seen.ahead_m
@@ -110,8 +112,9 @@ class StreetScene:
         self.soon = slice(self.here, self.here + int(self.soon_m / GRID_M) + 1)
         self.top_mps = float(self.most_mps[self.soon].max())
         self.shifts_mps = max(self.speed_mps, proposing.share * self.top_mps)
-        lines_m = self.lines_m
-        self.end_m = float(min(lines_m[lines_m > s_m], default=road.route.length_m))
+        self.lines_m = np.array([crossing.line_m for crossing in road.crossings])
+        ends_m = self.lines_m[self.lines_m > s_m]
+        self.end_m = float(min(ends_m, default=road.route.length_m))
         self.at = road.at(s_m)
         self.width_m = float(road.width_m[self.at])
         self.inside_m = 0.5 * (self.width_m - self.settings.width_m)
@@ -132,9 +135,6 @@ class StreetScene:
         # Who drives on the way of the car already.
         is_along = others.along_mps >= math.cos(ALONG_RAD) * motions[3]
         self.is_ahead = ahead & is_along & (apart_m < self.inside_m)
-        comes = (others.s_m < s_m) & (others.along_mps > self.speed_mps)
-        comes &= np.abs(others.beside_m) < seen.beside_m + others.half_width_m
-        self.emergency = [n for n in np.flatnonzero(comes) if users[n].kind == AMBULANCE]
 
     def _passable(self, on_route: np.ndarray, slow: np.ndarray) -> list[int]:
         """Return who holds the car up for so long that it is passed, the nearest one first.
@@ -172,6 +172,25 @@ class StreetScene:
         to_line_m = self.lines_m - front_m
         is_near = ((to_line_m > -0.5 * near_m) & (to_line_m < near_m)).any()
         return bool(is_near) or queue_m - front_m < near_m
+
+    @cached_property
+    def crosswalks(self) -> list[Crosswalk]:
+        """The next ones that are in use."""
+        return [
+            crosswalk
+            for crosswalk in self.road.crosswalks
+            if self.s_m < crosswalk.end_m
+            and crosswalk.begin_m < self.until_m
+            and crosswalk.user(self.road.route, self.obstacles)
+        ]
+
+    @cached_property
+    def emergency(self) -> list[int]:
+        """Ambulances that come from behind."""
+        near_m = self.settings.prediction.beside_m + self.others.half_width_m
+        comes = (self.others.s_m < self.s_m) & (self.others.along_mps > self.speed_mps)
+        comes &= np.abs(self.others.beside_m) < near_m
+        return [n for n in np.flatnonzero(comes) if self.obstacles[n].kind == AMBULANCE]
 
     @property
     def changes_lane(self) -> bool:

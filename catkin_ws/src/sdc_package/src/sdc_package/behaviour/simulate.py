@@ -12,7 +12,7 @@ from typing import NamedTuple, Sequence
 import numpy as np
 
 from sdc_package.behaviour.offset_path import SAME_M
-from sdc_package.behaviour.predict import STEP_S, STEPS, TIMES_S, Predicted
+from sdc_package.behaviour.predict import STEP_S, STEPS, Predicted
 from sdc_package.behaviour.propose import Proposal
 from sdc_package.behaviour.scene import AT_REST_MPS, GRID_M, StreetScene
 
@@ -29,7 +29,7 @@ class Simulated(NamedTuple):
     contact_s: np.ndarray  # (P, R) time of the first contact that the car would cause [s]
     braking_mps2: np.ndarray  # (P,) greatest deceleration for others and stops [m/s^2]
     oncoming_s: np.ndarray  # (P,) time on the oncoming lane [s]
-    leads: np.ndarray  # (P, R) whether a road user is ahead in the way of the car soon
+    leads: np.ndarray  # (P, R) whether a road user takes half of its acceleration from the car
 
 
 def simulate(scene: StreetScene, proposals: Sequence[Proposal], others: Predicted) -> Simulated:
@@ -71,6 +71,7 @@ class _Cars:
     def driven(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return arc lengths and speeds (T, P), greatest decelerations, and who is ahead (P, R)."""
         scene, others, margins = self.scene, self.others, self.settings.streets
+        acceleration_mps2, braking_mps2 = margins.acceleration_mps2, self.settings.braking_mps2
         side_m = np.where(others.moves, margins.side_m, self.settings.planner.obstacles.side_m)
         its_way_y = self.way_y[self.rows[:, None], self.at(others.s_m)[:, None]]  # (T, P, R)
         in_way = np.abs(others.y_m[:, None] - its_way_y) < (others.half_width_m + side_m)[:, None]
@@ -87,14 +88,20 @@ class _Cars:
             way_s[step], way_mps[step] = s_m, v
             distance_m = its_s - s_m[:, None]
             ahead = in_way[step] & (distance_m > 0.0)
-            if TIMES_S[step] < self.settings.prediction.accelerates_s:
-                leads[:, ever] |= ahead
             gaps_m[:, :-1] = np.where(ahead, distance_m - half_length_m[step], np.inf)
             gaps_m[:, -1] = self.stops_m - s_m + margins.follow_gap_m
             ahead_mps[:-1] = along_mps[step]
-            pushed_mps2 = self._pushed_mps2(v, ahead_mps, gaps_m)
+            pushes_mps2 = self._pushes_mps2(v, ahead_mps, gaps_m)
+            top_mps = self.most_mps[self.rows, self.at(s_m)]
+            free_mps2 = acceleration_mps2 * (1.0 - (v / np.maximum(top_mps, AT_REST_MPS)) ** 4)
+            if step == 0:
+                leads[:, ever] = pushes_mps2[:, :-1] > 0.5 * acceleration_mps2
+            pushed_mps2 = pushes_mps2.max(axis=1)
             hardest = np.maximum(hardest, pushed_mps2 * (v > AT_REST_MPS))
-            v_next = self._next_mps(v, self.most_mps[self.rows, self.at(s_m)], pushed_mps2)
+            a = np.maximum(free_mps2, -braking_mps2) - pushed_mps2
+            most_mps = np.maximum(top_mps, v - STEP_S * braking_mps2)
+            v_next = v + STEP_S * np.maximum(a, -margins.hardest_mps2)
+            v_next = np.minimum(np.maximum(v_next, 0.0), most_mps)
             s_m, v = s_m + 0.5 * STEP_S * (v + v_next), v_next
         return way_s, way_mps, hardest, leads
 
@@ -126,22 +133,14 @@ class _Cars:
         contact = (cuts_in | meets) & ~(_settled(is_behind) | self.follows)
         return np.where(contact.any(axis=0), STEP_S * contact.argmax(axis=0), math.inf)
 
-    def _next_mps(self, v: np.ndarray, top: np.ndarray, pushed_mps2: np.ndarray) -> np.ndarray:
-        """Return the speeds after a step, by the intelligent driver model."""
-        margins, braking_mps2 = self.settings.streets, self.settings.braking_mps2
-        free = margins.acceleration_mps2 * (1.0 - (v / np.maximum(top, AT_REST_MPS)) ** 4)
-        a = np.maximum(np.maximum(free, -braking_mps2) - pushed_mps2, -margins.hardest_mps2)
-        most = np.maximum(top, v - STEP_S * braking_mps2)
-        return np.minimum(np.maximum(v + STEP_S * a, 0.0), most)
-
-    def _pushed_mps2(self, v: np.ndarray, ahead_mps: np.ndarray, gaps_m: np.ndarray) -> np.ndarray:
-        """Return (P,) how hard that model would brake for what is ahead [m/s^2]."""
+    def _pushes_mps2(self, v: np.ndarray, ahead_mps: np.ndarray, gaps_m: np.ndarray) -> np.ndarray:
+        """Return (P, N) how hard the model brakes for each of those ahead [m/s^2]."""
         margins = self.settings.streets
         root = 2.0 * math.sqrt(margins.acceleration_mps2 * self.settings.braking_mps2)
         wanted_s = (margins.time_gap_s + v / root)[:, None] - ahead_mps / root
         wanted_m = margins.follow_gap_m + np.maximum(v[:, None] * wanted_s, 0.0)
-        push = (wanted_m / np.maximum(gaps_m, SAME_M)).max(axis=1) ** 2
-        return np.minimum(margins.acceleration_mps2 * push, 4.0 * margins.hardest_mps2)
+        pushes_mps2 = margins.acceleration_mps2 * (wanted_m / np.maximum(gaps_m, SAME_M)) ** 2
+        return np.minimum(pushes_mps2, 4.0 * margins.hardest_mps2)
 
 
 def _settled(is_behind: np.ndarray) -> np.ndarray:

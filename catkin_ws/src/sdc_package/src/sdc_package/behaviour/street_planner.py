@@ -11,20 +11,17 @@ import numpy as np
 from sdc_common.driving import Observation, Path, other_level, points_as_sent
 from sdc_common.geometry.route import smooth_step
 from sdc_common.planning.stop_line import StopLine
-from sdc_map.crossings import Crossing, crossings, heights_along, places_along
+from sdc_map.crossings import Crossing
 from sdc_map.mirror import negated
 from sdc_map.network import Network
-from sdc_package.behaviour.crosswalks import crosswalks_on
-from sdc_package.behaviour.decision import OBSTACLE, Decision, decide
+from sdc_package.behaviour.decision import Decision, decide
 from sdc_package.behaviour.offset_path import OffsetPath
 from sdc_package.behaviour.predict import Predictor
 from sdc_package.behaviour.propose import KEEP, PULLS_OUT_M
 from sdc_package.behaviour.road import road_along
 from sdc_package.behaviour.scene import AT_REST_MPS, Stop, StreetScene, Tracker
-from sdc_package.behaviour.score import load_score, name_of
+from sdc_package.behaviour.score import load_score
 from sdc_package.local_planner import LocalPlanner
-from sdc_package.obstacle_prediction import Distances
-from sdc_package.obstacles import caps_behind
 from sdc_package.street_settings import StreetSettings
 from sdc_package.traffic_lights import TrafficLightMonitor
 from sdc_package.waypoint_search import WaypointSearch
@@ -32,9 +29,6 @@ from sdc_package.waypoint_search import WaypointSearch
 if TYPE_CHECKING:
     from sdc_map.global_planner import GlobalPlanner
 
-# It aims at a speed that is so much greater than its own [m/s], at a point so far ahead [m].
-_AIM_FASTER_MPS = 0.2
-_AIM_AHEAD_M = 0.3
 # A decision in so many plans, 20 a second.
 _EVERY = 2
 
@@ -116,17 +110,9 @@ class StreetPlanner:
             road_mps = np.asarray(road_mps, np.float32).astype(float)
         local = LocalPlanner(points_m, self._settings.planner, road_mps, start_mps)
         route = local.route
-        places = list(places_along(self._network, route))
-        if not places:
-            raise ValueError(f"the route is not on lanes of the map {self._network.name}")
-        heights_m = heights_along(self._network, route, places)
-        if self._network.is_flat:  # one that measures another height is on its lane, too
-            heights_m = np.full_like(heights_m, math.nan)
-        self._crossings = crossings(self._network, route, places, local.speed)
+        road = self._road = road_along(self._network, route, local.speed)
+        self._crossings = list(road.crossings)  # those ahead
         self._entered: list[Crossing] = []  # that in which the car cannot stop any more
-        self._lines_m = np.array([crossing.line_m for crossing in self._crossings])
-        self._crosswalks = crosswalks_on(route, self._network.crosswalks)
-        self._road = road_along(self._network, route, places, local.speed, heights_m)
         self.way = OffsetPath(route, float(local.speed.max()), self._settings)
         self._stood_since_s, self._plans, self.decision = math.inf, 0, Decision()
         self._local, self._search = local, WaypointSearch(route.points)
@@ -171,9 +157,7 @@ class StreetPlanner:
             self._decide(local, observation, stop)
         self._plans += 1
         rows = self.way.moved(rows, local.ahead)
-        rows = self._behind_others(local, rows, observation)
-        rows = self._starting_gently(local, rows, speed_mps)
-        rows = self._stopping(local, rows, speed_mps, stop)
+        rows = self._limited(local, rows, speed_mps, stop)
         if rows is not self._rows:
             self._rows, self._path = rows, Path.from_rows(rows * (1.0, self._y_sign, 1.0))
         return self._path
@@ -205,90 +189,42 @@ class StreetPlanner:
         return min(stops, default=None)
 
     def _decide(self, local: LocalPlanner, observation: Observation, stop: Stop | None) -> None:
-        obstacles, s_m = observation.obstacles, local.place.s_m
-        if not (obstacles or self.way.until_m):
+        s_m, stood_s = local.place.s_m, observation.stamp_s - self._stood_since_s
+        if not (observation.obstacles or self.way.until_m):
             self.decision = Decision()
             return
-        until_m = min(s_m, stop.s_m if stop else math.inf) + local.horizon_m
-        near = [crossing for crossing in self._crossings[:2] if crossing.line_m < until_m]
-        in_use = [
-            crosswalk
-            for crosswalk in self._crosswalks
-            if s_m < crosswalk.end_m
-            and crosswalk.begin_m < until_m
-            and crosswalk.user(local.route, obstacles)
-        ]
-        stood_s = observation.stamp_s - self._stood_since_s
-        has_waited = observation.speed_mps > AT_REST_MPS or stood_s > self._settings.streets.waits_s
         scene = StreetScene(
             self._road,
             self.way,
             self._settings,
-            obstacles,
             self._tracker,
-            observation.stamp_s,
+            observation,
             s_m,
-            observation.speed_mps,
-            self._lines_m,
-            [*self._entered, *near],
-            in_use,
+            local.horizon_m,
+            [*self._entered, *self._crossings[:2]],
             stop,
-            has_waited,
+            observation.speed_mps > AT_REST_MPS or stood_s > self._settings.streets.waits_s,
         )
         self.decision = decide(scene, self._predictor, self._score, self._keeps_route)
         chosen = self.decision.proposal
         if chosen is not None and chosen.way.name != KEEP:
             self.way.follow(chosen.way.offset_m, s_m)
 
-    def _behind_others(
-        self, local: LocalPlanner, rows: np.ndarray, observation: Observation
-    ) -> np.ndarray:
-        """Return rows that keep the distance to those that the car follows."""
-        ids = self.decision.leaders
-        leaders = [user for user in observation.obstacles if user.id in ids]
-        if not leaders:
-            return rows
-        route, place_s_m, margins = local.route, local.place.s_m, self._settings.streets
-        distances = Distances(
-            self._settings.planner.obstacles,
-            margins.time_gap_s,
-            margins.follow_gap_m,
-            self._settings.braking_mps2,
-            local.horizon_m,
-        )
-        known = distances, observation.speed_mps, self.way.offset_at
-        s_m = route.s[local.ahead]
-        caps = np.array([caps_behind(route, s_m, place_s_m, user, *known) for user in leaders])
-        if not self.decision.reason:
-            detail = name_of(leaders[int(np.argmin(caps[:, 0]))])
-            self.decision = replace(self.decision, reason=OBSTACLE, detail=detail)
-        return local.limited(rows, caps.min(axis=0), OBSTACLE)
-
-    def _starting_gently(
-        self, local: LocalPlanner, rows: np.ndarray, speed_mps: float
-    ) -> np.ndarray:
-        """Return rows with which a car that is slower than planned accelerates gently."""
-        local.note_acceleration(rows, speed_mps)
-        if self.way.until_m or speed_mps >= rows[0, 2]:
-            return rows
-        beyond_m = np.maximum(local.route.s[local.ahead] - local.place.s_m - _AIM_AHEAD_M, 0.0)
-        faster = 2.0 * self._settings.streets.starts_mps2 * beyond_m
-        caps = np.sqrt((speed_mps + _AIM_FASTER_MPS) ** 2 + faster)
-        return local.limited(rows, caps, "accelerating")
-
-    def _stopping(
+    def _limited(
         self, local: LocalPlanner, rows: np.ndarray, speed_mps: float, stop: Stop | None
     ) -> np.ndarray:
-        """Return rows with the stops and the speed that were decided."""
+        """Return rows with the speeds and the stops that were decided."""
         decision = self.decision
+        local.note_acceleration(rows, speed_mps)
+        if decision.proposal is not None:
+            square = np.interp(
+                local.route.s[local.ahead], decision.s_m, np.square(decision.speed_mps)
+            )
+            rows = local.limited(rows, np.sqrt(square), decision.reason or local.reason)
         if stop is not None:
             rows = local.stopped_at(rows, stop.s_m, stop.reason, speed_mps)
-        if decision.most_mps < rows[0, 2]:
-            rows = local.limited(rows, np.full(len(rows), decision.most_mps), decision.reason)
         if math.isfinite(decision.stop_m):
             rows = local.stopped_at(rows, decision.stop_m, decision.reason, speed_mps)
         elif decision.reason and local.reason in ("cruise", "bend", "accelerating"):
             local.reason = decision.reason
-        if decision.brakes_hard:
-            rows = local.limited(rows, np.zeros(len(rows)), OBSTACLE)
         return rows
