@@ -7,7 +7,7 @@ import pytest
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.road_line import road_route
-from sdc_package.behaviour.crosswalks import crosswalks_on
+from sdc_package.behaviour.road import crosswalks_on
 
 ROUTE = road_route(np.column_stack([np.arange(100.0), np.zeros(100)]))
 STRIPES = np.array([(48.0, -6.0), (52.0, -6.0), (52.0, 6.0), (48.0, 6.0)])

@@ -14,8 +14,8 @@ from sdc_map.lane_graph import LaneGraph, drawn_places
 from sdc_map.map_file import map_file
 from sdc_map.mission import plan_mission
 from sdc_map.network_file import load_network
-from sdc_package.behaviour.crosswalks import crosswalks_on
-from sdc_package.behaviour.score import TERMS, score
+from sdc_package.behaviour.road import crosswalks_on
+from sdc_package.behaviour.score import score
 from sdc_package.street_settings import StreetSettings
 from sdc_testing.street_maps import needs_maps
 
@@ -232,7 +232,7 @@ def test_decision_keeps_each_proposal_with_the_terms_of_its_score(town, street):
     plan(planner, route, s_m, 8.0, [car_at(street, 25.0, 0.0, 0.0, 0.0)], ticks=40)
     options = planner.decision.options
     assert {"go", "slowly", "brake", "pass, go"} <= {name for name, _, _ in options}
-    assert all(set(terms) == set(TERMS) for _, _, terms in options)
+    assert all(set(terms) == set(SETTINGS.weights_m) for _, _, terms in options)
     assert max(value for _, value, _ in options) == options[0][1] or planner.way.until_m
 
 
@@ -276,7 +276,3 @@ def test_bad_parameter_is_named(section, changes, message):
     parameters[section] = {**parameters[section], **changes}
     with pytest.raises((TypeError, ValueError), match=message):
         StreetSettings.read(parameters.__getitem__)
-
-
-def test_each_term_of_the_score_has_a_weight():
-    assert set(SETTINGS.weights_m) == set(TERMS)

@@ -49,4 +49,4 @@ def score(
         is_too_fast = total >= 1.0 and proposal.share > 0.0
         costs_m.append(_WORST_M * (total + is_too_fast))
     terms = {"cost": np.array(costs_m), "new_way": scored.terms["new_way"]}
-    return Scored(terms, np.zeros(len(proposals)), scored.met, scored.takes_from)
+    return Scored(terms, np.zeros(len(proposals)))

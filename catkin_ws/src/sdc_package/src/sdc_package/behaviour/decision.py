@@ -9,11 +9,11 @@ from typing import Iterator, Sequence
 import numpy as np
 
 from sdc_map.crossings import BESIDE_M, OVER_M
-from sdc_package.behaviour.junctions import Claim, claims_of
+from sdc_package.behaviour.junctions import Claim, claims_of, taken_s
 from sdc_package.behaviour.predict import STEP_S, Predictor
 from sdc_package.behaviour.propose import KEEP, Proposal, proposals, ways
 from sdc_package.behaviour.scene import AT_REST_MPS, Stop, StreetScene
-from sdc_package.behaviour.score import Score, Scored, because, name_of
+from sdc_package.behaviour.score import Score, Scored
 from sdc_package.behaviour.simulate import simulate
 from sdc_package.braking import FIRM_MPS2, HARD_MPS2
 
@@ -69,53 +69,49 @@ class Decision:
 
 
 def decide(scene: StreetScene, predictor: Predictor, score: Score, keeps_route: bool) -> Decision:
-    """Return what the car does next.
-
-    Args:
-        scene: the scene
-        predictor: says where others will be
-        score: scores proposals, see `behaviour.score`
-        keeps_route: whether the car neither passes, nor changes lanes, nor makes room
-    """
-    claims = claims_of(scene, predictor)
-    stops_m = {
-        claim.number: max(claim.room_m, 0.0)
-        for claim in claims
-        if claim.yields and claim.away_m > 0.0
-    }
+    """Return what the car does next; one that keeps its route takes no other way."""
+    claims, stops_m = claims_of(scene, predictor)
     others = predictor.predict(scene, stops_m)
-    front_m = scene.settings.front_m
-    claims = [
-        claim
-        for claim in claims
-        if not claim.yields and claim.crossing.last_stop_m(front_m) > scene.s_m
-    ]
-    found_ways = ways(scene)
-    if keeps_route:
-        found_ways = iter([next(found_ways)._replace(stop_m=math.inf)])
-    found = proposals([*found_ways], [*_stops(scene, claims)])
+    found = proposals([*ways(scene, keeps_route)], [*_stops(scene, claims)])
     result = simulate(scene, found, others)
     scored = score(scene, found, result, claims, others)
     best = int(np.argmax(scored.value_m))
     other = _compared(found, scored.value_m, best)
     chosen = found[best]
+
+    def name_of(number: int) -> str:
+        user = scene.obstacles[number]
+        return f"{user.kind or 'obstacle'} {user.id}"
+
+    def because(better: int, worse: int) -> str:
+        """Return what separated a proposal from a better one, "" if nothing did."""
+        term, gain_m = scored.separates(better, worse)
+        if gain_m < 0.5:
+            return ""
+        if term in ("contact", "late_contact") and len(others.user):
+            row = int(result.contact_s[worse].argmin())
+            name, contact_s = name_of(others.user[row]), result.contact_s[worse, row]
+            return f"{found[worse]}: meets {name} after {contact_s:.1f} s"
+        if term == "right_of_way" and claims:
+            claim = max(claims, key=lambda claim: taken_s(scene, result.s_m, claim)[worse])
+            return f"{found[worse]}: takes the way of {name_of(claim.number)}"
+        of_term = "" if term == "progress" else f" for {term}"
+        return f"{found[worse]}: {gain_m:.0f} m less{of_term}"
+
     # The best proposal still has a contact, before a hard stop could avoid it.
     contacts_s = np.where(others.goes_on, result.contact_s[best], math.inf)
     late_s = scene.speed_mps / (2.0 * HARD_MPS2) + STEP_S  # for a stop before the contact
     brakes_hard = contacts_s.min(initial=math.inf) < late_s
-    known = scene, scored, result, claims, others
     reason, detail = _reason(scene, chosen, scored.separates(best, other)[0]), ""
     leaders = np.flatnonzero(result.leads[best])
     if brakes_hard:
-        user = scene.obstacles[others.user[int(contacts_s.argmin())]]
-        reason, detail = OBSTACLE, f"brakes hard for {name_of(user)}"
+        name = name_of(others.user[int(contacts_s.argmin())])
+        reason, detail = OBSTACLE, f"brakes hard for {name}"
     elif reason:
-        pairs = (best, other), (other, best)
-        texts = [(found[worse], because(*known, better, worse)) for better, worse in pairs]
-        detail = "; ".join(f"{proposal}: {text}" for proposal, text in texts if text)
+        detail = "; ".join(filter(None, (because(best, other), because(other, best))))
     elif len(leaders):
         first = leaders[others.s_m[0, leaders].argmin()]
-        reason, detail = OBSTACLE, name_of(scene.obstacles[others.user[first]])
+        reason, detail = OBSTACLE, name_of(others.user[first])
     way_mps = result.speed_mps[:, best]
     # The car stops where it would become so slow.
     way_mps = np.where(brakes_hard | (way_mps < AT_REST_MPS), 0.0, way_mps)
@@ -147,13 +143,11 @@ def _stops(scene: StreetScene, claims: Sequence[Claim]) -> Iterator[Stop]:
     front_m, gap_m = scene.settings.front_m, scene.settings.streets.gap_m
     firm_m = scene.s_m + scene.speed_mps**2 / (2.0 * FIRM_MPS2)
     soonest_m = scene.s_m + scene.speed_mps**2 / (2.0 * scene.settings.streets.hardest_mps2)
-    places = []
+    places = [(walk.begin_m, walk.begin_m, "crosswalk") for walk in scene.crosswalks]
     for crossing in scene.crossings:
         spaces_m = [claim.conflict.own_m[0] for claim in claims if claim.crossing is crossing]
         latest_m = max(crossing.line_m, min(spaces_m, default=0.0) - BESIDE_M)
         places.append((crossing.line_m, latest_m, "right_of_way"))
-    for crosswalk in scene.crosswalks:
-        places.append((crosswalk.begin_m, crosswalk.begin_m, "crosswalk"))
     for place_m, latest_m, reason in places:
         if soonest_m <= latest_m - front_m + OVER_M:
             # It uses the gap rather than brake hard.

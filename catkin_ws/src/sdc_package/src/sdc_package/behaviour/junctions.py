@@ -13,25 +13,30 @@ from sdc_package.behaviour.scene import AT_REST_MPS, StreetScene
 
 
 class Claim(NamedTuple):
-    """A road user on a way that meets that of the car in a junction."""
+    """A road user that does not give way, on a way that meets that of the car in a junction."""
 
     number: int  # index of the road user in the observation
     crossing: Crossing
     conflict: Conflict
-    away_m: float  # distance of its centre to the junction, negative inside [m]
     room_m: float  # distance of its front to the junction, negative inside [m]
-    yields: bool  # whether it gives way to the car
 
 
-def claims_of(scene: StreetScene, predictor: Predictor) -> list[Claim]:
-    """Return the road users on ways that meet that of the car in the next junctions."""
+def claims_of(scene: StreetScene, predictor: Predictor) -> tuple[list[Claim], dict[int, float]]:
+    """Return who does not give way to the car in the next junctions, and who does.
+
+    Returns:
+        the claims where the car can still stop, and how far from each that gives way, by its
+        index, it stops [m]
+    """
     found: list[Claim] = []
+    stops_m: dict[int, float] = {}
     for crossing in scene.crossings:
+        can_stop = crossing.last_stop_m(scene.settings.front_m) > scene.s_m
         for number, user in reaching(scene, crossing.line_m):
             place, rests = predictor.place_of(user), user.speed_mps < AT_REST_MPS
             if place is None or (rests and scene.has_waited) or scene.is_ahead[number]:
                 continue
-            stops_m = user.speed_mps**2 / (2.0 * scene.settings.prediction.yields_mps2)
+            stopping_m = user.speed_mps**2 / (2.0 * scene.settings.prediction.yields_mps2)
             for conflict in crossing.conflicts:
                 away_m = conflict.away_m(predictor.network, place)
                 if away_m is None:
@@ -41,9 +46,12 @@ def claims_of(scene: StreetScene, predictor: Predictor) -> list[Claim]:
                 if rests and not 0.0 <= room_m < scene.settings.proposals.wait_m:
                     continue
                 # One that would have to brake hard does not give way.
-                yields = not conflict.is_first and (rests or room_m >= stops_m)
-                found.append(Claim(number, crossing, conflict, away_m, room_m, yields))
-    return found
+                yields = not conflict.is_first and (rests or room_m >= stopping_m)
+                if yields and away_m > 0.0:
+                    stops_m[number] = max(room_m, 0.0)
+                elif not yields and can_stop:
+                    found.append(Claim(number, crossing, conflict, room_m))
+    return found, stops_m
 
 
 def taken_s(scene: StreetScene, s_m: np.ndarray, claim: Claim) -> np.ndarray:
@@ -51,12 +59,8 @@ def taken_s(scene: StreetScene, s_m: np.ndarray, claim: Claim) -> np.ndarray:
 
     It is the mean of all that the road user may do: for how long both are in the space of the
     junction that both need, or within `clear_s` of it; or, where the road user arrives at the
-    junction soon after the car enters it, how much too soon.
-
-    Args:
-        scene: the scene
-        s_m: (T, P) arc lengths of the car's centre on the proposals [m]
-        claim: the road user
+    junction soon after the car enters it, how much too soon. `s_m` are the arc lengths (T, P) of
+    the car's centre on the proposals [m].
     """
     margins, front_m = scene.settings.streets, scene.settings.front_m
     user, conflict = scene.obstacles[claim.number], claim.conflict
@@ -68,10 +72,10 @@ def taken_s(scene: StreetScene, s_m: np.ndarray, claim: Claim) -> np.ndarray:
     if conflict.merges:  # behind the car, it follows
         leaves_s = np.minimum(leaves_s, enters_s + margins.clear_s)
     outside = line_m + OVER_M > scene.s_m
-    total_s, half_m = np.zeros_like(enters_s), 0.5 * user.length_m
-    space_m = claim.room_m + conflict.its_m[0], claim.away_m + conflict.its_m[1] + half_m
+    total_s, (its_first_m, its_last_m) = np.zeros_like(enters_s), conflict.its_m
+    its_places_m = claim.room_m + np.array([0.0, its_first_m, its_last_m + user.length_m])
     for weight, travel_m in may_travel(scene, user):
-        arrives_s, in_s, out_s = times_at((claim.room_m, *space_m), travel_m)
+        arrives_s, in_s, out_s = times_at(its_places_m, travel_m)
         if math.isinf(arrives_s):
             continue
         before_s = leaves_s - (in_s - margins.clear_s)  # the car has left by then

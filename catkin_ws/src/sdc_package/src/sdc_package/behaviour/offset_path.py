@@ -31,12 +31,7 @@ def state_at(s_m: np.ndarray, line_m: np.ndarray, at_m: float) -> tuple[float, f
 
 
 class OffsetPath:
-    """A line beside a route.
-
-    Args:
-        route: the route
-        top_mps: greatest speed on it [m/s]
-        settings: how the car shifts
+    """A line beside a route, on which the greatest speed is `top_mps`.
 
     Attributes:
         offset_m: (N,) distance from the route at its points, positive to the left [m]
@@ -60,11 +55,8 @@ class OffsetPath:
     def moved(self, rows: np.ndarray, ahead: slice) -> np.ndarray:
         """Return the rows x, y, v of the route at these points, moved to this line."""
         offset, heading = self.offset_m[ahead], self._route.heading[ahead]
-        if not (self.until_m and offset.any()):
-            return rows
-        x, y = rows[:, 0] - offset * np.sin(heading), rows[:, 1] + offset * np.cos(heading)
-        most = self.bend_mps(offset, self._route.s[ahead])
-        return np.column_stack([x, y, np.minimum(rows[:, 2], most)])
+        left = np.column_stack([-np.sin(heading), np.cos(heading), np.zeros_like(heading)])
+        return rows + offset[:, None] * left if offset.any() else rows
 
     def shifted(
         self, line_m: np.ndarray, to_m: float, begin_m: float, speed_mps: float, room_m: float = 0.0
@@ -74,12 +66,7 @@ class OffsetPath:
         It is the quintic polynomial of M. Werling et al. (Optimal Trajectory Generation for Dynamic
         Street Scenarios in a Frenet Frame, ICRA 2010).
 
-        Args:
-            line_m: the line that it leaves [m]
-            to_m: the distance, positive to the left [m]
-            begin_m: arc length at which it begins [m]
-            speed_mps: speed of the car [m/s]
-            room_m: distance within which it would be over, if the speed allows [m]
+        It begins at an arc length [m], and is over within `room_m` if the speed of the car allows.
         """
         s = self._route.s
         now_m, slope, bend = state_at(s, line_m, begin_m)
@@ -90,27 +77,10 @@ class OffsetPath:
         over = BPoly.from_derivatives(ends_m, [[now_m, slope, bend], [to_m, 0.0, 0.0]])
         return np.where(s < begin_m, line_m, over(np.clip(s, *ends_m)))
 
-    def out_to(
-        self, to_m: float, s_m: float, begin_m: float, speed_mps: float, room_m: float
-    ) -> np.ndarray:
-        """Return the line that stays at a distance; one that goes there already is not changed."""
-        s = self._route.s
-        ahead = s > s_m
-        if self.until_m and to_m and ahead.any():
-            towards_m = self.offset_m * math.copysign(1.0, to_m)
-            peak = int(np.argmax(np.where(ahead, towards_m, -math.inf)))
-            peak_m = float(self.offset_m[peak])
-            if abs(to_m - peak_m) < SAME_M or abs(peak_m) > abs(to_m):
-                return np.where(s < s[peak], self.offset_m, peak_m)
-        return self.shifted(self.offset_m, to_m, begin_m, speed_mps, room_m)
-
     def shift_length_m(self, shift_m: float, speed_mps: float, slope: float = 0.0) -> float:
-        """Return the distance over which the car shifts across the road [m].
+        """Return the distance over which the car shifts across the road, positive: to the left [m].
 
-        Args:
-            shift_m: how far it shifts, positive to the left [m]
-            speed_mps: its speed [m/s]
-            slope: its slope to the left at first; where it leads away, it takes longer
+        Where its slope to the left leads away at first, it takes longer.
         """
         least_m, most_mps2 = self._shifts.shift_m, self._shifts.shift_mps2
         turns = max(-slope * math.copysign(1.0, shift_m), 0.0)
@@ -118,11 +88,9 @@ class OffsetPath:
         return max(least_m, turning_m + speed_mps * math.sqrt(_PEAK * abs(shift_m) / most_mps2))
 
     def bend_mps(self, offset_m: np.ndarray, s_m: np.ndarray) -> np.ndarray:
-        """Return the speeds (..., N) with which the car follows the bends of lines.
+        """Return the speeds (..., N) with which the car follows the bends of lines [m/s].
 
-        Args:
-            offset_m: (..., N) distance of the lines from the route [m]
-            s_m: (N,) arc lengths, 1 m apart [m]
+        The lines are so far beside the route at these arc lengths (N,), which are 1 m apart [m].
         """
         bend = np.gradient(np.gradient(offset_m, s_m, axis=-1), s_m, axis=-1)
         road_bend = np.interp(s_m, self._route.s, self._route.curvature)

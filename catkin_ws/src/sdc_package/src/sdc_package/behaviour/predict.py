@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache, partial
-from typing import Iterator, NamedTuple, Sequence
+from typing import Any, Iterator, NamedTuple
 
 import numpy as np
 
@@ -18,10 +18,8 @@ from sdc_package.behaviour.scene import AT_REST_MPS, StreetScene
 STEP_S = 0.4
 STEPS = 26
 TIMES_S = STEP_S * np.arange(STEPS)
-# What a road user may do; the last one is for those that should give way to the car.
+# What a road user does, and what one may do that should give way to the car.
 GOES_ON = "goes_on"
-ACCELERATES = "accelerates"
-BRAKES = "brakes"
 UNSEEN = "unseen"
 # Lanes of road users are looked up so near to them [m].
 _LANE_M = 2.5
@@ -52,12 +50,7 @@ class Predicted(NamedTuple):
 
 
 class Predictor:
-    """Predicts road users on a network of streets.
-
-    Args:
-        network: the lanes
-        ahead_m: so far the lanes are followed [m]
-    """
+    """Predicts road users on a network of streets, so far along their lanes [m]."""
 
     def __init__(self, network: Network, ahead_m: float):
         self.network = network
@@ -92,9 +85,7 @@ class Predictor:
     def predict(self, scene: StreetScene, stops_m: dict[int, float]) -> Predicted:
         """Return what the road users near the car may do.
 
-        Args:
-            scene: the scene
-            stops_m: how far from each that gives way to the car, by its index, it stops [m]
+        Those that give way to the car, by their indices, stop so far from where they are [m].
         """
         seen = scene.settings.prediction
         users, names, poses = [], [], []
@@ -123,7 +114,7 @@ class Predictor:
 
     def _poses(self, scene: StreetScene, user: DetectedObstacle, stop_m: float) -> np.ndarray:
         """Return (5, T) x, y, heading, speed and height while it goes on to a place."""
-        travel_m, mps = travels(scene, user, acceleration_mps2(scene, user))
+        travel_m, mps = travels(scene, user, scene.tracker.of(user).acceleration_mps2)
         mps, travel_m = np.where(travel_m < stop_m, mps, 0.0), np.minimum(travel_m, stop_m)
         place = self.place_of(user) if user.speed_mps >= AT_REST_MPS else None
         if place is None:
@@ -154,23 +145,10 @@ def reaching(scene: StreetScene, s_m: float) -> Iterator[tuple[int, DetectedObst
             yield number, user
 
 
-def acceleration_mps2(scene: StreetScene, user: DetectedObstacle) -> float:
-    """Return the acceleration with which a road user goes on [m/s^2]."""
-    seen = scene.settings.prediction
-    mps2 = scene.tracker.of(user).acceleration_mps2
-    return mps2 if abs(mps2) > seen.steady_mps2 else 0.0
-
-
 def travels(
     scene: StreetScene, user: DetectedObstacle, mps2: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far a road user drives (T,) [m], and its speed (T,) [m/s].
-
-    Args:
-        scene: the scene
-        user: the road user
-        mps2: its acceleration, for some time [m/s^2]
-    """
+    """Return the way (T,) [m] and speeds (T,) [m/s] of one that accelerates for a time [m/s^2]."""
     for_s = np.minimum(TIMES_S, scene.settings.prediction.accelerates_s)
     if mps2 < 0.0:
         for_s = np.minimum(for_s, -user.speed_mps / mps2)
@@ -180,15 +158,15 @@ def travels(
 
 def may_travel(scene: StreetScene, user: DetectedObstacle) -> Iterator[tuple[float, np.ndarray]]:
     """Yield how likely each thing is that a road user may do, and its way (T,) then [m]."""
-    seen, own_mps2 = scene.settings.prediction, acceleration_mps2(scene, user)
+    seen, own_mps2 = scene.settings.prediction, scene.tracker.of(user).acceleration_mps2
     for name, mps2 in (
         (GOES_ON, own_mps2),
-        (ACCELERATES, max(own_mps2, seen.starts_mps2)),
-        (BRAKES, min(own_mps2, -seen.brakes_mps2)),
+        ("accelerates", max(own_mps2, seen.starts_mps2)),
+        ("brakes", min(own_mps2, -seen.brakes_mps2)),
     ):
         yield seen.weights[name], travels(scene, user, mps2)[0]
 
 
-def times_at(places_m: Sequence[float], way_m: np.ndarray) -> np.ndarray:
+def times_at(places_m: Any, way_m: np.ndarray) -> np.ndarray:
     """Return when a way (T,) reaches places; inf for those that it does not reach [s]."""
     return np.interp(places_m, way_m, TIMES_S, right=math.inf)

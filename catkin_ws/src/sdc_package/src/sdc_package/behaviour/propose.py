@@ -16,15 +16,8 @@ from sdc_package.behaviour.offset_path import SAME_M, state_at
 from sdc_package.behaviour.road import BEHIND_LINE, NOTHING, SAME
 from sdc_package.behaviour.scene import AT_REST_MPS, Stop, StreetScene
 
-# Names of the ways.
+# The way that the car takes.
 KEEP = "keep"
-BACK = "back"
-STAY = "stay"
-PASS = "pass"
-ASIDE = "aside"
-NUDGE = "nudge"
-# How much each is another way than before.
-NEW_WAY = {KEEP: 0.0, BACK: 0.5, STAY: 0.5, PASS: 1.0, ASIDE: 1.0, NUDGE: 1.0}
 # Shares of the planned speed with which each way is proposed, too.
 SLOWER = (0.5, 0.0)
 # A car that is farther beside its route at the start pulls out [m].
@@ -37,9 +30,9 @@ class CarWay(NamedTuple):
     """A way of the car beside its route."""
 
     name: str
+    new: float  # how much it is another way than before
     offset_m: np.ndarray  # distance from the points of the route, positive to the left [m]
     stop_m: float = math.inf  # where the centre of the car must stop on it [m]
-    is_new: bool = True  # whether it has yet to begin
 
 
 class Proposal(NamedTuple):
@@ -63,30 +56,29 @@ class Proposal(NamedTuple):
 
 def proposals(ways: Sequence[CarWay], stops: Sequence[Stop]) -> list[Proposal]:
     """Return each way with each speed, and with a stop at each of these places."""
-    found = []
-    for number, way in enumerate(ways):
-        found.append(Proposal(way, number, 1.0))
-        found += [Proposal(way, number, 1.0, stop) for stop in stops]
-        found += [Proposal(way, number, share) for share in SLOWER]
-    return found
+    speeds: list[tuple[float, Stop | None]] = [(1.0, None)]
+    speeds += [(1.0, stop) for stop in stops] + [(share, None) for share in SLOWER]
+    return [Proposal(way, n, *speed) for n, way in enumerate(ways) for speed in speeds]
 
 
-def ways(scene: StreetScene) -> Iterator[CarWay]:
+def ways(scene: StreetScene, keeps_route: bool) -> Iterator[CarWay]:
     """Yield the ways that the car could take, first the one that it takes."""
     way, s_m, speed_mps = scene.way, scene.s_m, scene.speed_mps
-    settings, wait_m = scene.settings.proposals, _wait_m(scene)
-    yield CarWay(KEEP, way.offset_m, wait_m, is_new=speed_mps < AT_REST_MPS)
+    settings, wait_m = scene.settings.proposals, math.inf if keeps_route else _wait_m(scene)
+    yield CarWay(KEEP, 0.0, way.offset_m, wait_m)
+    if keeps_route:
+        return
     if abs(way.offset_at(s_m + settings.shift_m)) > SAME_M:
-        yield CarWay(BACK, way.shifted(way.offset_m, 0.0, s_m, speed_mps), wait_m)
+        yield CarWay("back", 0.5, way.shifted(way.offset_m, 0.0, s_m, speed_mps), wait_m)
     for offset_m in _passes(scene) if scene.passable else ():
-        yield CarWay(PASS, offset_m)
+        yield CarWay("pass", 1.0, offset_m)
     for offset_m in _asides(scene) if scene.emergency else ():
-        yield CarWay(ASIDE, offset_m)
+        yield CarWay("aside", 1.0, offset_m)
     needs_room = scene.is_invaded or scene.passable or scene.emergency
     if needs_room and np.abs(way.offset_m).max() < PULLS_OUT_M:
         for to_m in (-settings.nudge_m, settings.nudge_m):
             nudge = _there_and_back(scene, to_m, s_m, s_m + scene.soon_m)
-            yield CarWay(NUDGE, nudge, wait_m)
+            yield CarWay("nudge", 1.0, nudge, wait_m)
     if scene.changes_lane:
         yield from _stays(scene)
 
@@ -95,7 +87,8 @@ def _stays(scene: StreetScene) -> Iterator[CarWay]:
     """Yield the way that stays in the nearest lane and waits for the change of lanes there."""
     road, s, s_m = scene.road, scene.road.route.s, scene.s_m
     length_m = 2.0 * scene.settings.proposals.shift_m
-    lane_end_m = road.edge_end_m(scene.at) - scene.settings.proposals.wait_m
+    after = int(np.searchsorted(road.edge, road.edge[scene.at], side="right"))
+    lane_end_m = road.s_m[min(after, len(road.s_m) - 1)] - scene.settings.proposals.wait_m
     begin_m = min(s_m + scene.soon_m, lane_end_m - length_m)
     if begin_m < s_m:
         return
@@ -110,7 +103,7 @@ def _stays(scene: StreetScene) -> Iterator[CarWay]:
         s < s_m - 1.0, scene.way.offset_m, held * (1.0 - smooth_step(s, begin_m, length_m))
     )
     if abs(np.interp(begin_m, s, held)) > SAME_M:
-        yield CarWay(STAY, stay, begin_m)
+        yield CarWay("stay", 0.5, stay, begin_m)
 
 
 def _asides(scene: StreetScene) -> Iterator[np.ndarray]:
@@ -125,27 +118,30 @@ def _asides(scene: StreetScene) -> Iterator[np.ndarray]:
 def _passes(scene: StreetScene) -> Iterator[np.ndarray]:
     """Yield the ways around those that are passable, to the left and to the right."""
     group, until_m, time_s = _group(scene)
-    fastest_mps = max(float(scene.others.along_mps[n]) for n in group)
-    moves = fastest_mps > AT_REST_MPS
-    front_m = scene.rear_m(group[0]) - scene.settings.front_m
-    front_m -= max(scene.settings.proposals.before_m, scene.speed_mps)
+    settings, moves = (
+        scene.settings.proposals,
+        bool(scene.others.along_mps[group].max() > AT_REST_MPS),
+    )
+    back_m = until_m + scene.way.shift_length_m(scene.width_m, scene.top_mps)
+    front_m = scene.rear_m[group[0]] - scene.settings.front_m
+    front_m -= max(settings.before_m, scene.speed_mps)
     for side, beside in ((1.0, scene.road.left), (-1.0, scene.road.right)):
         reaches_m = side * scene.others.beside_m[group] + scene.body_m[group]
-        needed_m = max(float(reaches_m.max()) + scene.settings.proposals.beside_m, 0.0)
+        needed_m = max(float(reaches_m.max()) + settings.beside_m, 0.0)
         if needed_m > scene.inside_m:
             stretch = beside[scene.at : scene.road.at(until_m) + 1]
-            if (stretch == NOTHING).any() or (moves and side < 0.0):
-                continue
-            if moves and not _may_overtake(scene, stretch, until_m, time_s, fastest_mps):
+            is_same = bool((stretch == SAME).all())
+            may_cross = (stretch != BEHIND_LINE).all() and time_s < settings.overtakes_s
+            may_overtake = side > 0.0 and back_m < scene.end_m and (is_same or may_cross)
+            if (stretch == NOTHING).any() or (moves and not may_overtake):
                 continue
             # From rest, only the middle of the next lane is far enough.
-            if (stretch == SAME).all() or scene.speed_mps < AT_REST_MPS:
+            if is_same or scene.speed_mps < AT_REST_MPS:
                 needed_m = max(needed_m, scene.width_m)
             needed_m = min(needed_m, scene.width_m + scene.inside_m)
         to_m, room_m = side * needed_m, front_m - scene.s_m
         length_m = scene.way.shift_length_m(to_m, scene.shifts_mps)
-        for share in (1.0, scene.settings.proposals.share):
-            yield _there_and_back(scene, to_m, scene.s_m, until_m, room_m, share)
+        yield _there_and_back(scene, to_m, scene.s_m, until_m, room_m)
         if not moves and length_m < room_m:  # as late as possible
             yield _there_and_back(scene, to_m, front_m - length_m, until_m, length_m)
 
@@ -158,7 +154,7 @@ def _group(scene: StreetScene) -> tuple[list[int], float, float]:
     group: list[int] = []
     until_m, time_s = -math.inf, 0.0
     for n in scene.passable:
-        speed_mps, rear_m = max(float(others.along_mps[n]), 0.0), scene.rear_m(n)
+        speed_mps, rear_m = max(float(others.along_mps[n]), 0.0), float(scene.rear_m[n])
         if group and rear_m - until_m > scene.way.shift_length_m(scene.width_m, scene.top_mps):
             break
         length_m = 2.0 * float(others.half_length_m[n])
@@ -172,36 +168,19 @@ def _group(scene: StreetScene) -> tuple[list[int], float, float]:
     return group, until_m, time_s
 
 
-def _may_overtake(
-    scene: StreetScene, stretch: np.ndarray, until_m: float, time_s: float, its_mps: float
-) -> bool:
-    """Return whether the car may overtake one at this speed, beside these lanes until then."""
-    if until_m + scene.way.shift_length_m(scene.width_m, scene.top_mps) > scene.end_m:
-        return False
-    is_short = time_s < scene.settings.proposals.overtakes_s
-    is_slow = its_mps < scene.settings.proposals.share * scene.top_mps
-    may_cross = bool((stretch != BEHIND_LINE).all())
-    return bool((stretch == SAME).all()) or (may_cross and is_short and is_slow)
-
-
 def _there_and_back(
-    scene: StreetScene,
-    to_m: float,
-    begin_m: float,
-    until_m: float,
-    room_m: float = 0.0,
-    share: float = 1.0,
+    scene: StreetScene, to_m: float, begin_m: float, until_m: float, room_m: float = 0.0
 ) -> np.ndarray:
     """Return the way that is beside the route up to an arc length, and returns after it."""
-    out = scene.way.out_to(to_m, scene.s_m, begin_m, scene.speed_mps, room_m)
-    length_m = scene.way.shift_length_m(to_m, share * scene.shifts_mps)
+    out = scene.way.shifted(scene.way.offset_m, to_m, begin_m, scene.speed_mps, room_m)
+    length_m = scene.way.shift_length_m(to_m, scene.shifts_mps)
     return out * (1.0 - smooth_step(scene.road.route.s, until_m, length_m))
 
 
 def _wait_m(scene: StreetScene) -> float:
     """Return where the car waits before one that it could pass, inf: nowhere [m]."""
     at_rest = scene.blocks & (scene.others.along_mps < AT_REST_MPS)
-    rears_m = [scene.rear_m(n) for n in scene.passable if at_rest[n]]
+    rears_m = [float(scene.rear_m[n]) for n in scene.passable if at_rest[n]]
     wait_m = scene.settings.proposals.wait_m
     stop_m = min(rears_m, default=math.inf) - scene.settings.front_m - wait_m
     # A car that has stopped a little too late stays.

@@ -1,4 +1,4 @@
-"""The road along a route: lanes beside that of the car, and road users in its coordinates."""
+"""The road along a route: lanes beside that of the car, crosswalks, and others on it."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Sequence
 
+import cv2
 import numpy as np
 from scipy.spatial import cKDTree
 
-from sdc_common.driving import other_level
+from sdc_common.driving import DetectedObstacle, other_level
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import Route, interpolate
 from sdc_map.crossings import Crossing, crossings, heights_along, places_along
 from sdc_map.network import SOLID, Network, RoadLane, edge_of
-from sdc_package.behaviour.crosswalks import Crosswalk, crosswalks_on
 from sdc_package.obstacle_prediction import Obstacles
 
 # What is beside a lane: nothing, a lane of the same direction, an oncoming lane, and one behind a
@@ -30,6 +30,12 @@ _BEYOND_M = 150
 _FAR_M = 1000.0
 # Shorter road users are pedestrians [m].
 VEHICLE_M = 1.2
+# A pedestrian who is so near to a crosswalk now or after this time, and walks towards the lane,
+# will use it [m], [s].
+_NEAR_M = 2.0
+_SOON_S = 1.0
+# One who has left the strip of the car's lane by so much does not come back [m].
+_STRIP_M = 2.2
 
 
 class Along(NamedTuple):
@@ -41,6 +47,31 @@ class Along(NamedTuple):
     along_mps: np.ndarray  # speed along the route, negative: oncoming [m/s]
     half_length_m: np.ndarray  # half of the size along the route [m]
     half_width_m: np.ndarray  # half of the size across it [m]
+
+
+class Crosswalk(NamedTuple):
+    """A crosswalk on a route."""
+
+    begin_m: float  # arc lengths along the route at which it begins and ends [m]
+    end_m: float
+    polygon_m: np.ndarray  # (N, 2) corners, 32-bit floats [m]
+
+    def user(self, route: Route, obstacles: Obstacles) -> DetectedObstacle | None:
+        """Return a pedestrian on it, or just before it, who has yet to cross the lane."""
+        middle_m, reach_m = 0.5 * (self.begin_m + self.end_m), self.end_m - self.begin_m
+        for walker in obstacles:
+            if walker.kind != "pedestrian":
+                continue
+            x, y, yaw = walker.x_m, walker.y_m, walker.yaw_rad
+            soon_m = _SOON_S * walker.speed_mps
+            places = (x, y), (x + soon_m * math.cos(yaw), y + soon_m * math.sin(yaw))
+            inside_m, later_m = (cv2.pointPolygonTest(self.polygon_m, at, True) for at in places)
+            lane = route.line.project(x, y, middle_m, reach_m, reach_m)
+            left_mps = walker.speed_mps * math.sin(yaw - lane.heading_rad)
+            comes = lane.cross_track_m * left_mps < 0.0 and max(inside_m, later_m) > -_NEAR_M
+            if comes or (lane.distance_m < _STRIP_M and inside_m > 0.0):
+                return walker
+        return None
 
 
 @dataclass(frozen=True)
@@ -56,24 +87,20 @@ class RoadAlong:
     line: np.ndarray
     speed_mps: np.ndarray  # planned speed at the points of the route [m/s]
     z_m: np.ndarray  # height of the points of the route, NaN on a flat map [m]
+    crossings: Sequence[Crossing]  # its ways through junctions
+    crosswalks: Sequence[Crosswalk]
     s_m: np.ndarray  # arc length along the route [m]
     route_y_m: np.ndarray  # place of the route across the road [m]
     width_m: np.ndarray  # width of the lane [m]
     left: np.ndarray  # what is to the left of the lane
     right: np.ndarray  # what is to its right
     edge: np.ndarray  # number of the road: others follow, or a junction, where its lanes end
-    crossings: Sequence[Crossing]
-    crosswalks: Sequence[Crosswalk]
 
     def along(self, ends_m: tuple[float, float], poses: np.ndarray, users: Obstacles) -> Along:
-        """Return road users in the coordinates of this road.
+        """Return R road users in the coordinates of this road.
 
-        One that is beyond the ends, or on another level, has a width of -inf: it is in no way.
-
-        Args:
-            ends_m: arc lengths between which they are near it [m]
-            poses: (5, ..., R) their x [m], y [m], headings [rad], speeds [m/s] and heights [m]
-            users: the R road users
+        `poses` (5, ..., R) are their x [m], y [m], headings [rad], speeds [m/s] and heights [m].
+        One that is beyond the ends [m], or on another level, has a width of -inf: it is in no way.
         """
         x_m, y_m, yaw_rad, mps, z_m = poses
         first, last = np.searchsorted(self.line[:, 0], ends_m)
@@ -98,19 +125,9 @@ class RoadAlong:
         """Return the index of the place at an arc length, or those at arc lengths."""
         return np.minimum(np.searchsorted(self.s_m, s_m), len(self.s_m) - 1)
 
-    def edge_end_m(self, index: int) -> float:
-        """Return where the lanes at a place end, at a junction or before other ones [m]."""
-        after = int(np.searchsorted(self.edge, self.edge[index], side="right"))
-        return float(self.s_m[min(after, len(self.s_m) - 1)])
-
 
 def road_along(network: Network, route: Route, speed_mps: np.ndarray) -> RoadAlong:
-    """Return the road along a route.
-
-    Args:
-        network: the lanes
-        route: the route
-        speed_mps: (N,) planned speed at the points of the route [m/s]
+    """Return the road along a route, with the planned speed at its points (N,) [m/s].
 
     Raises:
         ValueError: the route is not on lanes
@@ -121,8 +138,6 @@ def road_along(network: Network, route: Route, speed_mps: np.ndarray) -> RoadAlo
     z_m = heights_along(network, route, places)
     if network.is_flat:  # one that measures another height is on its lane, too
         z_m = np.full_like(z_m, math.nan)
-    found = crossings(network, route, places, speed_mps)
-    walks = crosswalks_on(route, network.crosswalks)
     rows: list[tuple] = []
     edge, jump_m, y_m, last = 0, 0.0, 0.0, ""
     for s_m, place in places:
@@ -145,7 +160,24 @@ def road_along(network: Network, route: Route, speed_mps: np.ndarray) -> RoadAlo
     after = interpolate(end.s_m + beyond_m, after[:, 0], after[:, 1:4])
     line = np.vstack([own, np.column_stack([route.length_m + beyond_m, after])])
     columns = map(np.array, zip(*rows))
-    return RoadAlong(route, line, speed_mps, z_m, *columns, found, walks)
+    found = crossings(network, route, places, speed_mps)
+    walks = crosswalks_on(route, network.crosswalks)
+    return RoadAlong(route, line, speed_mps, z_m, found, walks, *columns)
+
+
+def crosswalks_on(route: Route, polygons_m: Sequence[np.ndarray]) -> list[Crosswalk]:
+    """Return the crosswalks that a route leads over, in order."""
+    found = []
+    for polygon in polygons_m:
+        corners = np.asarray(polygon, np.float32)
+        away_m = np.hypot(*(route.points - corners.mean(axis=0)).T)
+        near = np.flatnonzero(away_m < np.ptp(corners, axis=0).max())
+        points = [(n, route.points[n].tolist()) for n in near]
+        on = [n for n, point in points if cv2.pointPolygonTest(corners, point, True) >= 0.0]
+        # A route may pass it more than once.
+        for run in np.split(on, np.flatnonzero(np.diff(on) > 1) + 1) if on else ():
+            found.append(Crosswalk(float(route.s[run[0]]), float(route.s[run[-1]]), corners))
+    return sorted(found, key=lambda crosswalk: crosswalk.begin_m)
 
 
 def onward(network: Network, name: str, ahead_m: float) -> np.ndarray:

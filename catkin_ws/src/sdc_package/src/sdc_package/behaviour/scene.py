@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from types import SimpleNamespace
 from typing import NamedTuple, Sequence
 
 import numpy as np
 
 from sdc_common.driving import DetectedObstacle, Observation
 from sdc_map.crossings import Crossing
-from sdc_package.behaviour.crosswalks import Crosswalk
 from sdc_package.behaviour.offset_path import SAME_M, OffsetPath
-from sdc_package.behaviour.road import ALONG_RAD, SAME, RoadAlong
+from sdc_package.behaviour.road import ALONG_RAD, SAME, Crosswalk, RoadAlong
 from sdc_package.obstacle_prediction import Obstacles
 from sdc_package.street_settings import StreetSettings
 
@@ -41,26 +41,24 @@ class Track:
 
 
 class Tracker:
-    """Follows the road users by their ids; without an id, a road user has no history.
+    """Follows the road users by their ids; without an id, a road user has no history."""
 
-    Args:
-        mean_s: age of the mean speed with which a speed is compared [s]
-    """
-
-    def __init__(self, mean_s: float):
-        self._mean_s, self._time_s = mean_s, -math.inf
+    def __init__(self, seen: SimpleNamespace):
+        self._seen, self._time_s = seen, -math.inf
         self._tracks: dict[int, Track] = {}
 
     def update(self, obstacles: Obstacles, time_s: float) -> None:
         """Look at the road users; call it once in each plan."""
-        keeps_s = self._mean_s**2 / (self._mean_s + max(time_s - self._time_s, 0.0))
+        mean_s = self._seen.mean_s
+        keeps_s = mean_s**2 / (mean_s + max(time_s - self._time_s, 0.0))
         self._time_s, tracks = time_s, {}
         for user in obstacles:
             if not user.id:
                 continue
             track = self._tracks.get(user.id) or Track(user.speed_mps)
-            track.acceleration_mps2 = (user.speed_mps - track.mean_mps) / self._mean_s
-            track.mean_mps = user.speed_mps - keeps_s * track.acceleration_mps2
+            mps2 = (user.speed_mps - track.mean_mps) / mean_s
+            track.mean_mps = user.speed_mps - keeps_s * mps2
+            track.acceleration_mps2 = mps2 if abs(mps2) > self._seen.steady_mps2 else 0.0
             track.has_moved |= user.speed_mps > 2.0 * AT_REST_MPS
             tracks[user.id] = track
         self._tracks = tracks
@@ -93,16 +91,14 @@ class StreetScene:
     has_waited: bool = False  # the car stands at its line for so long that others let it go first
 
     def __post_init__(self) -> None:
-        road, way, s_m = self.road, self.way, self.s_m
-        self.obstacles, self.time_s = self.observation.obstacles, self.observation.stamp_s
-        self.speed_mps = self.observation.speed_mps
+        road, s_m, self.speed_mps = self.road, self.s_m, self.observation.speed_mps
+        self.obstacles = users = self.observation.obstacles
         self.until_m = min(s_m, self.stop.s_m if self.stop else math.inf) + self.horizon_m
         self.crossings = [crossing for crossing in self.crossings if crossing.line_m < self.until_m]
         seen, proposing = self.settings.prediction, self.settings.proposals
         self.from_m, self.here = s_m - seen.behind_m, int(seen.behind_m / GRID_M)
         self.sight_m = self.from_m, s_m + seen.ahead_m
         self.grid_m = np.arange(*self.sight_m, GRID_M)
-        users = self.obstacles
         poses = [(user.x_m, user.y_m, user.yaw_rad, user.speed_mps, user.z_m) for user in users]
         motions = np.array(poses).reshape(-1, 5).T
         self.others = others = road.along(self.sight_m, motions, users)
@@ -112,29 +108,33 @@ class StreetScene:
         self.soon = slice(self.here, self.here + int(self.soon_m / GRID_M) + 1)
         self.top_mps = float(self.most_mps[self.soon].max())
         self.shifts_mps = max(self.speed_mps, proposing.share * self.top_mps)
-        self.lines_m = np.array([crossing.line_m for crossing in road.crossings])
-        ends_m = self.lines_m[self.lines_m > s_m]
-        self.end_m = float(min(ends_m, default=road.route.length_m))
+        self.lines_m = lines_m = np.array([crossing.line_m for crossing in road.crossings])
+        self.end_m = min(lines_m[lines_m > s_m], default=road.route.length_m)
         self.at = road.at(s_m)
         self.width_m = float(road.width_m[self.at])
         self.inside_m = 0.5 * (self.width_m - self.settings.width_m)
-        left = road.left[road.at(self.grid_m)]
-        self.line_y = np.where(left == SAME, math.inf, self.route_y + self.inside_m + SAME_M)
-        self.way_y = self.ways([way.offset_m])[0]
+        self.left = road.left[road.at(self.grid_m)]
+        self.line_y = np.where(self.left == SAME, math.inf, self.route_y + self.inside_m + SAME_M)
+        self.way_y = self.ways([self.way.offset_m])[0]
         # How far apart the centres of the car and each other are if they touch.
         self.body_m = body_m = others.half_width_m + 0.5 * self.settings.width_m
         apart_m = np.abs(others.y_m - np.interp(others.s_m, self.grid_m, self.way_y))
-        self.blocks = apart_m < body_m
+        self.rear_m, self.blocks = others.s_m - others.half_length_m, apart_m < body_m
         body_m = body_m + proposing.beside_m
-        on_route = np.abs(others.beside_m) < body_m
         ahead = (others.s_m > s_m) & (others.s_m < s_m + self.soon_m)
+        reach_m = np.abs(others.beside_m) - others.half_width_m
+        invades = (
+            ahead & (reach_m < 0.5 * self.width_m - SAME_M) & (others.s_m < road.route.length_m)
+        )
+        self.is_invaded = bool((invades & (others.along_mps < -AT_REST_MPS)).any())
+        self.changes_lane = bool(np.ptp(self.route_y[self.soon]) > _CHANGE_M)
         usual_mps = np.interp(others.s_m, self.grid_m, self.most_mps)
         slow = ahead & (apart_m < body_m) & (others.along_mps < proposing.share * usual_mps)
-        passable = self._passable(on_route, slow)
+        passable = self._passable(np.abs(others.beside_m) < body_m, slow)
         self.passable = [n for n in passable if ahead[n]]
         # Who drives on the way of the car already.
-        is_along = others.along_mps >= math.cos(ALONG_RAD) * motions[3]
-        self.is_ahead = ahead & is_along & (apart_m < self.inside_m)
+        self.is_ahead = ahead & (apart_m < self.inside_m)
+        self.is_ahead &= others.along_mps >= math.cos(ALONG_RAD) * motions[3]
 
     def _passable(self, on_route: np.ndarray, slow: np.ndarray) -> list[int]:
         """Return who holds the car up for so long that it is passed, the nearest one first.
@@ -142,36 +142,30 @@ class StreetScene:
         While the car passes, no one is forgotten. Who waits before a junction is not passed.
         """
         others, times = self.others, self.settings.proposals
+        time_s = self.observation.stamp_s
         found: list[int] = []
         queue_m = math.inf  # rear of the last one that waits
+        front_m = others.s_m + others.half_length_m
+        to_lines_m = self.lines_m - front_m[:, None]
+        at_line = ((to_lines_m > -0.5 * times.wait_m) & (to_lines_m < times.wait_m)).any(axis=1)
         for n in np.argsort(-others.s_m).tolist():
             user, along_mps = self.obstacles[n], others.along_mps[n]
             track, rests = self.tracker.of(user), bool(along_mps < AT_REST_MPS)
             if rests != track.rests or not (slow[n] or self.way.until_m):
-                track.rests, track.since_s = rests, self.time_s
+                track.rests, track.since_s = rests, time_s
             if not on_route[n] or along_mps < -AT_REST_MPS:
                 continue
             needed_s = times.moves_s
             if user.kind == OBSTACLE:
                 needed_s = 0.0
-            elif rests and self._waits(n, queue_m):
-                queue_m = self.rear_m(n)
+            elif rests and (at_line[n] or queue_m - front_m[n] < times.wait_m):
+                queue_m = self.rear_m[n]
                 continue
             elif rests:
                 needed_s = times.stopped_s if track.has_moved else times.at_rest_s
-            if user.kind != PEDESTRIAN and self.time_s - track.since_s >= needed_s:
+            if user.kind != PEDESTRIAN and time_s - track.since_s >= needed_s:
                 found.append(n)
         return found[::-1]
-
-    def _waits(self, n: int, queue_m: float) -> bool:
-        """Return whether one at rest waits before a junction, or in a queue up to an arc length."""
-        front_m, near_m = (
-            self.others.s_m[n] + self.others.half_length_m[n],
-            self.settings.proposals.wait_m,
-        )
-        to_line_m = self.lines_m - front_m
-        is_near = ((to_line_m > -0.5 * near_m) & (to_line_m < near_m)).any()
-        return bool(is_near) or queue_m - front_m < near_m
 
     @cached_property
     def crosswalks(self) -> list[Crosswalk]:
@@ -192,27 +186,7 @@ class StreetScene:
         comes &= np.abs(self.others.beside_m) < near_m
         return [n for n in np.flatnonzero(comes) if self.obstacles[n].kind == AMBULANCE]
 
-    @property
-    def changes_lane(self) -> bool:
-        """Whether the route changes lanes soon."""
-        return float(np.ptp(self.route_y[self.soon])) > _CHANGE_M
-
-    @property
-    def is_invaded(self) -> bool:
-        """Whether an oncoming road user reaches into the lane of the car."""
-        reach_m = np.abs(self.others.beside_m) - self.others.half_width_m
-        its_s = self.others.s_m  # after the route, its lane is not known
-        inside = (its_s > self.s_m) & (its_s < self.road.route.length_m)
-        inside &= reach_m < 0.5 * self.width_m - SAME_M
-        invades = inside & (self.others.along_mps < -AT_REST_MPS)
-        in_junction = any(way.line_m < self.s_m < way.end_m for way in self.crossings)
-        return bool(invades.any()) and not in_junction
-
     def ways(self, offsets_m: Sequence[np.ndarray]) -> np.ndarray:
         """Return (P, G) places across the road on the grid."""
         s = self.road.route.s
         return np.array([self.route_y + np.interp(self.grid_m, s, o) for o in offsets_m])
-
-    def rear_m(self, n: int) -> float:
-        """Return the arc length of the rear of a road user [m]."""
-        return float(self.others.s_m[n] - self.others.half_length_m[n])

@@ -16,9 +16,6 @@ from sdc_package.behaviour.predict import STEP_S, STEPS, Predicted
 from sdc_package.behaviour.propose import Proposal
 from sdc_package.behaviour.scene import AT_REST_MPS, GRID_M, StreetScene
 
-# A road user that is so many steps behind the car on its lane keeps its distance.
-_REACTS_STEPS = 2
-
 
 class Simulated(NamedTuple):
     """What becomes of P proposals among R predicted rows, in T steps of STEP_S."""
@@ -57,7 +54,9 @@ class _Cars:
         self.most_mps = np.minimum(scene.most_mps * shares, bends_mps[numbers])
         light_m = scene.stop.s_m if scene.stop else math.inf
         self.stops_m = np.array([min(proposal.stop_m, light_m) for proposal in proposals])
-        self.is_new = np.array([[proposal.way.is_new] for proposal in proposals])
+        # A car at rest has yet to begin.
+        self.is_new = np.array([[proposal.way.new > 0.0] for proposal in proposals])
+        self.is_new |= scene.speed_mps < AT_REST_MPS
         apart_m = np.abs(others.y_m[0] - self.way_y[0, scene.here])
         # Who is behind the car on its lane now.
         self.follows = others.aligned & (others.s_m[0] < scene.s_m)
@@ -72,6 +71,7 @@ class _Cars:
         """Return arc lengths and speeds (T, P), greatest decelerations, and who is ahead (P, R)."""
         scene, others, margins = self.scene, self.others, self.settings.streets
         acceleration_mps2, braking_mps2 = margins.acceleration_mps2, self.settings.braking_mps2
+        root_mps2 = 2.0 * math.sqrt(acceleration_mps2 * braking_mps2)
         side_m = np.where(others.moves, margins.side_m, self.settings.planner.obstacles.side_m)
         its_way_y = self.way_y[self.rows[:, None], self.at(others.s_m)[:, None]]  # (T, P, R)
         in_way = np.abs(others.y_m[:, None] - its_way_y) < (others.half_width_m + side_m)[:, None]
@@ -91,7 +91,10 @@ class _Cars:
             gaps_m[:, :-1] = np.where(ahead, distance_m - half_length_m[step], np.inf)
             gaps_m[:, -1] = self.stops_m - s_m + margins.follow_gap_m
             ahead_mps[:-1] = along_mps[step]
-            pushes_mps2 = self._pushes_mps2(v, ahead_mps, gaps_m)
+            wanted_s = (margins.time_gap_s + v / root_mps2)[:, None] - ahead_mps / root_mps2
+            wanted_m = margins.follow_gap_m + np.maximum(v[:, None] * wanted_s, 0.0)
+            pushes_mps2 = acceleration_mps2 * (wanted_m / np.maximum(gaps_m, SAME_M)) ** 2
+            pushes_mps2 = np.minimum(pushes_mps2, 4.0 * margins.hardest_mps2)
             top_mps = self.most_mps[self.rows, self.at(s_m)]
             free_mps2 = acceleration_mps2 * (1.0 - (v / np.maximum(top_mps, AT_REST_MPS)) ** 4)
             if step == 0:
@@ -130,23 +133,9 @@ class _Cars:
         meets = overlap & (distance_m < half_length_m + clear_m)
         meets &= distance_m > -half_length_m - 0.5
         meets &= is_oncoming | (car_mps > AT_REST_MPS)
-        contact = (cuts_in | meets) & ~(_settled(is_behind) | self.follows)
+        # A road user that has been behind the car for some steps keeps its distance.
+        settled = np.zeros_like(is_behind)
+        settled[2:] = is_behind[2:] & is_behind[1:-1] & is_behind[:-2]
+        settled = np.logical_or.accumulate(settled, axis=0) | self.follows
+        contact = (cuts_in | meets) & ~settled
         return np.where(contact.any(axis=0), STEP_S * contact.argmax(axis=0), math.inf)
-
-    def _pushes_mps2(self, v: np.ndarray, ahead_mps: np.ndarray, gaps_m: np.ndarray) -> np.ndarray:
-        """Return (P, N) how hard the model brakes for each of those ahead [m/s^2]."""
-        margins = self.settings.streets
-        root = 2.0 * math.sqrt(margins.acceleration_mps2 * self.settings.braking_mps2)
-        wanted_s = (margins.time_gap_s + v / root)[:, None] - ahead_mps / root
-        wanted_m = margins.follow_gap_m + np.maximum(v[:, None] * wanted_s, 0.0)
-        pushes_mps2 = margins.acceleration_mps2 * (wanted_m / np.maximum(gaps_m, SAME_M)) ** 2
-        return np.minimum(pushes_mps2, 4.0 * margins.hardest_mps2)
-
-
-def _settled(is_behind: np.ndarray) -> np.ndarray:
-    """Return (T, P, R) whether a road user behind the car has had the time to keep away."""
-    since = is_behind.copy()
-    for steps in range(1, _REACTS_STEPS + 1):
-        since[steps:] &= is_behind[:-steps]
-    since[:_REACTS_STEPS] = False
-    return np.logical_or.accumulate(since, axis=0)

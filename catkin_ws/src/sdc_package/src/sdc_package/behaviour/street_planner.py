@@ -68,7 +68,7 @@ class StreetPlanner:
         self._network = network.right_hand
         self._keeps_route, self._score = keeps_route, load_score(settings.score_function)
         self._predictor = Predictor(self._network, settings.prediction.ahead_m)
-        self._tracker = Tracker(settings.prediction.mean_s)
+        self._tracker = Tracker(settings.prediction)
         self._local: LocalPlanner | None = None
         self._rows, self._path = np.empty((0, 3)), Path(())
         self.decision = Decision()
@@ -150,8 +150,7 @@ class StreetPlanner:
         if not self._plans and abs(place.cross_track_m) > PULLS_OUT_M:
             out = smooth_step(local.route.s, place.s_m, self._settings.proposals.shift_m)
             self.way.follow(place.cross_track_m * (1.0 - out), place.s_m)
-        if self.way.until_m:
-            self.way.follow(self.way.offset_m, place.s_m)
+        self.way.follow(self.way.offset_m, place.s_m)
         stop = self._stop(local, observation)
         if self._plans % _EVERY == 0:
             self._decide(local, observation, stop)
@@ -164,9 +163,7 @@ class StreetPlanner:
 
     def _is_on_level(self, local: LocalPlanner, line: StopLine) -> bool:
         """Return whether a stop line is not one above or below the route."""
-        s_m = line.along(local.route, local.place.s_m, local.horizon_m)
-        if s_m is None:
-            return True
+        s_m = line.along(local.route, local.s_m, local.horizon_m) or local.s_m
         return not other_level(line.z_m, np.interp(s_m, local.route.s, self._road.z_m))
 
     def _stop(self, local: LocalPlanner, observation: Observation) -> Stop | None:
@@ -185,7 +182,6 @@ class StreetPlanner:
             has_stopped = math.isfinite(self._stood_since_s)
             if crossing.has_stop_sign and not has_stopped and soonest_m <= stop_m + margins.gap_m:
                 stops.append(Stop(stop_m, "stop_sign"))
-        stops = [stop for stop in stops if stop.s_m < s_m + local.horizon_m]
         return min(stops, default=None)
 
     def _decide(self, local: LocalPlanner, observation: Observation, stop: Stop | None) -> None:
@@ -217,14 +213,12 @@ class StreetPlanner:
         decision = self.decision
         local.note_acceleration(rows, speed_mps)
         if decision.proposal is not None:
-            square = np.interp(
-                local.route.s[local.ahead], decision.s_m, np.square(decision.speed_mps)
-            )
-            rows = local.limited(rows, np.sqrt(square), decision.reason or local.reason)
+            s_m, square = local.route.s[local.ahead], np.square(decision.speed_mps)
+            caps = np.sqrt(np.interp(s_m, decision.s_m, square))
+            rows = local.limited(rows, caps, local.reason)
+            local.reason = decision.reason or local.reason
         if stop is not None:
             rows = local.stopped_at(rows, stop.s_m, stop.reason, speed_mps)
         if math.isfinite(decision.stop_m):
             rows = local.stopped_at(rows, decision.stop_m, decision.reason, speed_mps)
-        elif decision.reason and local.reason in ("cruise", "bend", "accelerating"):
-            local.reason = decision.reason
         return rows
