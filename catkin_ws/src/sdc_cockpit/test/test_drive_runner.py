@@ -5,13 +5,13 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
 
 from sdc_cockpit.drive_runner import DriveRunner
+from sdc_common.processes import wait_until
 
 # Waits for a signal, or ends at once, and writes a report as ./drive does.
 PROGRAM = f"""#!{sys.executable}
@@ -56,13 +56,6 @@ def runner(tmp_path):
     runner.end()
 
 
-def wait_until_exists(path):
-    limit_s = time.monotonic() + 60.0
-    while not path.exists():
-        assert time.monotonic() < limit_s, f"{path} was not written"
-        time.sleep(0.02)
-
-
 def test_drive_that_ends_is_listed_with_its_report(runner):
     name = runner.start("oval", ["scenario:=oval", "sync:=true"])
     assert name.endswith("-oval")
@@ -79,7 +72,7 @@ def test_drive_that_ends_is_listed_with_its_report(runner):
 
 def test_one_drive_runs_at_a_time_and_a_stop_ends_it(runner, tmp_path):
     name = runner.start("", [])
-    wait_until_exists(tmp_path / "drives" / name / "ready")
+    wait_until((tmp_path / "drives" / name / "ready").exists, 60.0, "the start")
     with pytest.raises(ValueError, match=f"the drive {name} runs; stop it first"):
         runner.start("", [])
     assert runner.past() == []
@@ -163,7 +156,7 @@ threading.Event().wait()
 """
     starter = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     name = starter.stdout.readline().strip()
-    wait_until_exists(tmp_path / "drives" / name / "ready")
+    wait_until((tmp_path / "drives" / name / "ready").exists, 60.0, "the start")
     os.kill(starter.pid, signal.SIGKILL)
     starter.wait()
-    wait_until_exists(tmp_path / "drives" / name / "report.html")
+    wait_until((tmp_path / "drives" / name / "report.html").exists, 60.0, "the report")

@@ -1,5 +1,6 @@
-"""What the page shows of the newest messages of the car, its sensors and the topics."""
+"""What the page shows of the newest messages of the car, its sensors, its road and the topics."""
 
+import json
 import math
 import struct
 from types import SimpleNamespace
@@ -20,6 +21,7 @@ from sdc_cockpit.drive_view import (
     SPEED_REASON,
     DriveView,
 )
+from sdc_cockpit.road_view import RoadView
 from sdc_cockpit.sensor_view import GNSS, LIDARS, SensorView
 from sdc_cockpit.topic_feeds import Feed
 from sdc_common.geometry.geodesy import geodetic_from_map
@@ -150,3 +152,29 @@ def test_messages_that_a_burst_dropped_are_counted():
         for number in (7, 9):
             feed.receive(message(number))
         assert feed.count == 9
+
+
+# An eight: the route crosses itself in the middle at a right angle.
+ANGLE = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
+EIGHT = np.column_stack([40.0 * np.sin(ANGLE), 40.0 * np.sin(ANGLE) * np.cos(ANGLE)])
+
+
+def test_cross_track_error_at_a_crossing_is_that_of_the_own_pass():
+    road = RoadView(EIGHT)
+    yaws = np.arctan2(*np.diff(EIGHT, axis=0).T[::-1])
+    beside = EIGHT[: len(yaws)] + 0.5 * np.column_stack([-np.sin(yaws), np.cos(yaws)])
+    errors = [road.cross_track_m(x, y, yaw) for (x, y), yaw in zip(beside.tolist(), yaws)]
+    assert np.abs(np.array(errors) - 0.5).max() < 0.05
+
+
+def test_car_that_is_placed_elsewhere_is_found_again():
+    road = RoadView(EIGHT)
+    road.cross_track_m(*EIGHT[10], 0.0)
+    assert road.cross_track_m(*EIGHT[300], 0.0) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_road_is_drawn_from_flat_lists_of_numbers():
+    road = json.loads(RoadView(EIGHT).to_json())
+    assert len(road["route"]) == 2 * len(EIGHT)
+    assert len(road["surface"]) % 8 == len(road["edges"]) % 4 == len(road["dashes"]) % 4 == 0
+    assert min(len(part) for part in road.values()) > 0

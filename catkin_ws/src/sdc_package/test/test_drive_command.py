@@ -6,10 +6,10 @@ import re
 import shutil
 import signal
 import subprocess
-import time
 
 import pytest
 
+from sdc_common.processes import wait_until
 from sdc_testing.program import run
 
 pytestmark = pytest.mark.slow(30)
@@ -166,9 +166,7 @@ def test_page_of_a_drive_on_a_screen_is_opened(environment, tmp_path, headless):
     page = tmp_path / "report" / "report.html"
     opened = tmp_path / "opened"
     if headless == "false":
-        limit = time.monotonic() + 30.0
-        while not opened.exists() and time.monotonic() < limit:
-            time.sleep(0.05)
+        wait_until(opened.exists, 30.0, "the browser")
         assert opened.read_text().strip().endswith(str(page))
     else:
         assert page.exists()

@@ -6,9 +6,10 @@ import os
 import re
 import signal
 import subprocess
-import time
 
 import pytest
+
+from sdc_common.processes import wait_until
 
 pytestmark = pytest.mark.slow(30)
 
@@ -55,12 +56,11 @@ def test_drive_continues_without_its_roscore(environment, start, route, tmp_path
 
 
 def wait_for_progress(drive):
-    limit = time.monotonic() + 60.0
-    while not any(
-        float(percent) > 2.0 for percent in re.findall(r"referee: *([0-9.]+) %", drive.output)
-    ):
-        assert time.monotonic() < limit, drive.output
-        time.sleep(0.1)
+    def has_begun():
+        percents = re.findall(r"referee: *([0-9.]+) %", drive.output)
+        return any(float(percent) > 2.0 for percent in percents)
+
+    wait_until(has_begun, 60.0, "progress of the drive")
 
 
 @pytest.mark.nightly

@@ -12,12 +12,15 @@ import math
 import os
 
 import pytest
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from presets import PRESETS, preset
 
 from sdc_common.driving import Command
+from sdc_common.validation import DocumentError
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
+from sdc_sim.physics.vehicle_parameters import load_vehicle
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 RESPONSE = ("time_s", "x_m", "y_m", "yaw_rad", "yaw_rate_radps", "lateral_mps")
@@ -430,3 +433,29 @@ def test_command_with_nan_is_refused_and_does_not_change_the_state(key, value):
 def test_tyres_that_are_too_stiff_to_integrate_are_refused():
     with pytest.raises(ValueError, match="cornering stiffness"):
         Vehicle(dataclasses.replace(preset(), front_cornering_stiffness_n_per_rad=1e6))
+
+
+PRESET_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "vehicles")
+
+
+def preset_with(tmp_path, key, line):
+    """Return the path of a preset in which one key has another line, or none."""
+    with open(os.path.join(PRESET_FOLDER, "tesla_model3.yaml"), encoding="utf-8") as file:
+        lines = [text.split("#")[0].rstrip() for text in file if ":" in text.split("#")[0]]
+    lines = [line if text.split(":")[0] == key else text for text in lines]
+    path = tmp_path / "bad.yaml"
+    path.write_text("\n".join(text for text in lines if text is not None) + "\n")
+    return str(path)
+
+
+with open(os.path.join(os.path.dirname(__file__), "data", "preset_mistakes.yaml")) as table:
+    MISTAKES = yaml.safe_load(table)
+
+
+@pytest.mark.parametrize(("key", "line", "message"), MISTAKES)
+def test_invalid_preset_is_refused_in_one_line(tmp_path, key, line, message):
+    path = preset_with(tmp_path, key, line)
+    with pytest.raises(DocumentError) as caught:
+        load_vehicle(path)
+    assert "\n" not in str(caught.value) and str(caught.value).startswith(f"{path}, line ")
+    assert message in str(caught.value)
