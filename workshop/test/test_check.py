@@ -121,15 +121,6 @@ def test_change_outside_of_all_todos_is_reported_with_its_line(folder):
     assert "def run" in (folder / CAMERA).read_text().split("\n")[found.line - 1]
 
 
-def test_windows_line_ends_are_reported(folder):
-    solve(folder, find_step("camera-1"))
-    (folder / CAMERA).chmod(0o755)
-    (folder / CAMERA).write_bytes((folder / CAMERA).read_bytes().replace(b"\n", b"\r\n"))
-    found = answers(folder, "camera-1")["camera-1"]
-    assert found.status == WRONG
-    assert "LF, not CRLF" in found.hint
-
-
 def test_missing_file_is_reported_with_the_command_that_restores_it(folder):
     (folder / CAMERA).unlink()
     found = answers(folder, "camera-2")["camera-2"]

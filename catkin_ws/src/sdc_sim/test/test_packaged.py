@@ -1,22 +1,26 @@
-"""Tests of the look-up of scenarios, routes, vehicles and configurations."""
+"""Scenarios, routes, vehicles and sensors that the workshop comes with, and their look-up."""
 
 import os
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 import yaml
 
 from sdc_common.validation import DocumentError
+from sdc_sim.runner import launch_arguments
 from sdc_sim.scenario.packaged import (
     find_packaged,
     find_route,
+    find_scenario,
     folder_of,
     overridden,
     sensor_options,
     sim_options,
 )
-from sdc_sim.scenario.reader import Scenario
+from sdc_sim.scenario.reader import Scenario, load_scenario
+from sdc_testing.street_maps import needs_maps
 
 SCENARIO = Scenario("/my/drive.yaml")
 NOISE = "unknown parameter 'noise'; did you mean 'noise_m'?"
@@ -107,3 +111,23 @@ def test_unknown_route_is_refused():
         "file, or a list of straights and bends"
     ):
         find_route(SCENARIO.path, "twon")
+
+
+FOLDER = Path(folder_of("scenario"))
+TABLE = (FOLDER / "README.md").read_text("utf-8").partition("| scenario |")[2].partition("\n\n")[0]
+LISTED = dict(re.findall(r"^\| `(\w+)` \| (.*?) \|", TABLE, re.MULTILINE))
+
+
+# Those on a map are skipped where nothing reads maps.
+@pytest.mark.parametrize(
+    "name", [pytest.param(one, marks=needs_maps if "town_" in one else ()) for one in LISTED]
+)
+def test_listed_scenario_can_be_driven(name, tmp_path):
+    scenario = load_scenario(find_scenario(name))
+    got = launch_arguments(name, str(tmp_path / "report.json"), {})
+    assert os.path.exists(got["waypoints_path"])
+    assert scenario.about == LISTED[name]
+
+
+def test_readme_lists_all_packaged_scenarios():
+    assert {path.stem for path in FOLDER.glob("*.yaml")} == {*LISTED}
