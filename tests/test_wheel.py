@@ -170,7 +170,7 @@ def test_command_drives_and_writes_pages(tmp_path):
         (["map", "check", "town"], "size: x from", {}),
         (["gym"], "sdc_experiments.learning:SdcTown-v0", {}),
         (["scenarios", "--list"], "Accident: ", {}),
-        (["championship", "new", "my_driver.py"], "wrote my_driver.py", {}),
+        (["championship", "new", "my_driver.py"], "sdc championship try my_driver.py", {}),
         (["championship", "try", "my_driver.py", "drives=1"], "1 drives completed", {}),
         (
             ["championship", "try", "my_driver.py", "drives=1"],

@@ -86,7 +86,7 @@ def parse(command: str, words: Sequence[str]) -> SimpleNamespace:
     return SimpleNamespace(**values, command=command, texts=texts, passed=passed)
 
 
-def _called(command: str) -> str:
+def called(command: str) -> str:
     """Return a command as people call it: in the project, or where the wheel is installed."""
     if command.startswith("sdc "):
         return command
@@ -106,7 +106,7 @@ def _read(command: str, left: list[str]) -> tuple[dict[str, list[str]], list[str
     """Return the texts of the arguments by name, and the options of another program."""
     entry = TABLE[command]
     rows, known = entry["arguments"], entry.get("passed", "").split()
-    usage = f"usage: {_called(command)} {entry['usage']}"
+    usage = f"usage: {called(command)} {entry['usage']}"
     places = [name for name in rows if name.isupper()]
     texts: dict[str, list[str]] = {}
     free: list[str] = []
@@ -124,7 +124,7 @@ def _read(command: str, left: list[str]) -> tuple[dict[str, list[str]], list[str
         elif dashes or sign == ":=" or not places:
             names = [_written(command, one) for one in rows if one not in places]
             names += [option.rstrip("=") for option in known]
-            fix = suggestion(dashes + name, names, f"{_called(command)} --help lists the arguments")
+            fix = suggestion(dashes + name, names, f"{called(command)} --help lists the arguments")
             fix = f"write {name}:=VALUE" if row else fix
             raise WordError(f"unknown argument '{word}'; {fix}")
         else:
@@ -256,7 +256,7 @@ def _wants_help(command: str, words: Sequence[str]) -> bool:
 def help_text(command: str) -> str:
     """Return the help of a command and its subcommands."""
     entry = TABLE[command]
-    usage = f"Usage: {_called(command)} {entry['usage']}"
+    usage = f"Usage: {called(command)} {entry['usage']}"
     lines = [usage, textwrap.fill(entry["about"], _COLUMNS), ""]
     for name, row in entry["arguments"].items():
         kind, default = _kind(row), row.get("default", "")

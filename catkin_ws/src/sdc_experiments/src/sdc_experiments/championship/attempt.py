@@ -26,6 +26,7 @@ from sdc_experiments.championship.drive import drive, drive_seed
 from sdc_experiments.championship.driver_process import DriverServer, sandbox_problem
 from sdc_experiments.championship.league import LEAGUES, TABLE, draw
 from sdc_experiments.championship.stack import drive_stack
+from sdc_experiments.commands import called
 from sdc_experiments.sweep.dask_engine import DaskEngine, cores
 from sdc_experiments.sweep.progress import SweepProgress
 from sdc_experiments.sweep.statistics import estimate
@@ -54,13 +55,13 @@ def new(options: SimpleNamespace) -> int:
     """Write a driver into a new file."""
     path = options.file
     if not path.endswith(".py"):
-        raise ValueError("new: name one file, such as ./championship new my_driver.py")
+        raise ValueError(f"new: name one file, such as {called('championship')} new my_driver.py")
     try:
         with open(path, "x", encoding="utf-8") as file:
             file.write(_NEW)
     except FileExistsError:
         raise ValueError(f"{path}: exists already; name another file") from None
-    print(f"championship: wrote {path}; drive it with ./championship try {path}")
+    print(f"championship: wrote {path}; drive it with {called('championship')} try {path}")
     return 0
 
 
@@ -85,7 +86,7 @@ def run(options: SimpleNamespace) -> int:
     """Drive a driver on public seeds, print its score and write the page."""
     stack = options.stack
     if bool(stack) == bool(options.file):
-        raise ValueError("try: name one driver, such as ./championship try my_driver.py")
+        raise ValueError(f"try: name one driver, such as {called('championship')} try my_driver.py")
     path, seeds, league = Path(stack or options.file), seeds_of(options), options.league
     source = "" if stack else source_of(path)
     late: Mapping[str, list] = {}

@@ -18,6 +18,7 @@ from sdc_experiments.championship.driver_process import DriverError, DriverServe
 from sdc_experiments.championship.league import draw, generator
 from sdc_experiments.championship.mission import DriverMission
 from sdc_experiments.closed_loop import evaluation_rules
+from sdc_experiments.commands import called
 from sdc_experiments.configuration import node_parameters
 from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.road.random_routes import long_route
@@ -87,7 +88,9 @@ def run(options: SimpleNamespace) -> int:
     """Let drivers race, print the result and write the page."""
     paths = [*map(Path, options.file)]
     if not 2 <= len(paths) <= shared_world.MOST_CARS or {one.suffix for one in paths} != {".py"}:
-        raise ValueError("race: name two to eight drivers, such as ./championship race A.py B.py")
+        raise ValueError(
+            f"race: name two to eight drivers, such as {called('championship')} race A.py B.py"
+        )
     names = [
         f"{path.stem}-{at}" if path.stem in {one.stem for one in paths[:at]} else path.stem
         for at, path in enumerate(paths)
