@@ -118,10 +118,8 @@ def _asides(scene: StreetScene) -> Iterator[np.ndarray]:
 def _passes(scene: StreetScene) -> Iterator[np.ndarray]:
     """Yield the ways around those that are passable, to the left and to the right."""
     group, until_m, time_s = _group(scene)
-    settings, moves = (
-        scene.settings.proposals,
-        bool(scene.others.along_mps[group].max() > AT_REST_MPS),
-    )
+    settings = scene.settings.proposals
+    moves = bool((scene.others.along_mps[group] > AT_REST_MPS).any())
     back_m = until_m + scene.way.shift_length_m(scene.width_m, scene.top_mps)
     front_m = scene.rear_m[group[0]] - scene.settings.front_m
     front_m -= max(settings.before_m, scene.speed_mps)

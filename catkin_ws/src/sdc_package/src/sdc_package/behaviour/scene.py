@@ -123,10 +123,9 @@ class StreetScene:
         body_m = body_m + proposing.beside_m
         ahead = (others.s_m > s_m) & (others.s_m < s_m + self.soon_m)
         reach_m = np.abs(others.beside_m) - others.half_width_m
-        invades = (
-            ahead & (reach_m < 0.5 * self.width_m - SAME_M) & (others.s_m < road.route.length_m)
-        )
-        self.is_invaded = bool((invades & (others.along_mps < -AT_REST_MPS)).any())
+        # An oncoming one reaches into the lane; after the route, its lane is not known.
+        invades = ahead & (others.along_mps < -AT_REST_MPS) & (others.s_m < road.route.length_m)
+        self.is_invaded = bool((invades & (reach_m < 0.5 * self.width_m - SAME_M)).any())
         self.changes_lane = bool(np.ptp(self.route_y[self.soon]) > _CHANGE_M)
         usual_mps = np.interp(others.s_m, self.grid_m, self.most_mps)
         slow = ahead & (apart_m < body_m) & (others.along_mps < proposing.share * usual_mps)
