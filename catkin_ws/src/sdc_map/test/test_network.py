@@ -254,14 +254,15 @@ def test_lanes_lead_on_over_a_direct_junction(tmp_path, name):
     assert [*network.findings.lines()] == ([unlinked] if name == "exit" else [])
 
 
-def test_way_without_length_meets_another_one():
+@pytest.mark.parametrize("length_m", [0.0, 1e-12])
+def test_way_without_length_meets_another_one(length_m):
     # As netconvert makes of a direct junction.
     lines = {
         "a0": [(-30, 0), (-4, 0)],
         "a1": [(-4, 0), (4, 0)],
         "a2": [(4, 0), (30, 0)],
         "b0": [(-30, -8), (3, -1)],
-        "b1": [(4, -1), (4, -1)],
+        "b1": [(4, -1), (4, -1 + length_m)],
     }
     lanes = [
         RoadLane(f"{name}_0", np.array(line, float), 3.5, 10.0, junction="j" * name.endswith("1"))

@@ -31,6 +31,8 @@ _SAMPLE_M = 1.0
 # A lane in the opposite direction is as far as one that is so much more distant.
 _AGAINST_M = 8.0
 _CANDIDATES = 24
+# A shorter lane, as between two sections of OpenDRIVE, has no direction [m].
+_SHORTEST_M = 1e-3
 # A line that runs so close to another one of the same kind is the same line.
 _SAME_LINE_M = 0.4
 # The lengths of the same line beside both of its lanes differ by less, as a share.
@@ -222,8 +224,7 @@ class Network:
         self.stop_lines = tuple(self._stop_lines())
         if right_hand is not None:
             return  # It has the index of places.
-        # A lane without length, as in a direct junction, has no direction.
-        long = [(lane, lane.samples_m) for lane in self.driving if lane.length_m > 0.0]
+        long = [(lane, lane.samples_m) for lane in self.driving if lane.length_m > _SHORTEST_M]
         self._s_m = np.concatenate([s for _, s in long])
         self._lanes = [lane for lane, s in long for _ in s]
         headings = [_heading(lane.points_m, lane.s_m, s) for lane, s in long]
