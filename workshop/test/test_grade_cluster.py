@@ -1,14 +1,12 @@
 """./workshop/grade --scheduler: a real scheduler and worker grade what they see."""
 
-import contextlib
 import csv
 import os
-import signal
 import sys
 
 import pytest
 
-from sdc_testing.program import Program
+from sdc_testing.program import Program, programs
 from sdc_workshop.grading import cluster
 from sdc_workshop.grading.cluster import worker_problem
 from sdc_workshop.grading.grade import main
@@ -21,19 +19,8 @@ PYTHON = (sys.executable, "-m")
 
 @pytest.fixture
 def start(tmp_path):
-    """Start programs; end those that still run at the end of the test."""
-    programs = []
-
-    def start(name, *command, **variables):
-        environment = {**os.environ, **variables}
-        programs.append(Program(list(map(str, command)), environment, tmp_path, tmp_path / name))
-        return programs[-1]
-
-    yield start
-    for program in programs:
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(program.process.pid, signal.SIGKILL)
-        program.process.wait()
+    with programs(tmp_path, end=Program.kill) as start:
+        yield start
 
 
 @pytest.fixture
@@ -42,9 +29,9 @@ def scheduler(start):
 
     def scheduler(python_path):
         program = start(
-            "scheduler", *PYTHON, "distributed.cli.dask_scheduler", "--host", "127.0.0.1",
+            *PYTHON, "distributed.cli.dask_scheduler", "--host", "127.0.0.1",
             "--port", "0", "--no-dashboard", "--no-show",
-            PYTHONPATH=python_path,
+            environment={**os.environ, "PYTHONPATH": python_path},
         )  # fmt: skip
         return program.wait_for_match(r"Scheduler at:\s+(\S+)\s")
 
@@ -61,12 +48,13 @@ def test_worker_of_a_cluster_grades_as_this_machine_does(start, scheduler, tmp_p
     python_path = f"{PROJECT / 'workshop'}:{os.environ['PYTHONPATH']}"
     address = scheduler(python_path)
     start(
-        "worker", *PYTHON, "distributed.cli.dask_worker", address, "--nthreads", "1",
-        "--no-nanny", "--no-dashboard", "--local-directory", tmp_path, PYTHONPATH=python_path,
+        *PYTHON, "distributed.cli.dask_worker", address, "--nthreads", "1",
+        "--no-nanny", "--no-dashboard", "--local-directory", tmp_path,
+        environment={**os.environ, "PYTHONPATH": python_path},
     )  # fmt: skip
     output = tmp_path / "grades"
     grading = start(
-        "grading", PROJECT / "workshop" / "grade", students, tmp_path / "missing",
+        PROJECT / "workshop" / "grade", students, tmp_path / "missing",
         "--output", output, "--scheduler", address, "--no-sandbox",
     )  # fmt: skip
     assert grading.wait_for_end(LIMIT_S) == 1, grading.output

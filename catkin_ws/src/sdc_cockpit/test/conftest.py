@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from sdc_common.processes import isolated_ros_environment
-from sdc_testing.program import Program
+from sdc_testing.program import programs
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))  # the helper module of these tests
 ROOT = Path(__file__).resolve().parents[4]
@@ -15,25 +15,19 @@ ROOT = Path(__file__).resolve().parents[4]
 @pytest.fixture
 def start(tmp_path):
     """Return a function that starts a program and returns it with the address of its page."""
-    with isolated_ros_environment(tmp_path / "ros") as environment:
-        programs = []
+    with isolated_ros_environment(tmp_path / "ros") as variables, programs(tmp_path) as begin:
 
-        def begin(*command):
-            programs.append(Program(command, environment, tmp_path, tmp_path / "log"))
-            return programs[-1], programs[-1].wait_for_match(r"cockpit: (http\S+)\s")
+        def start(*command):
+            program = begin(*command, environment=variables)
+            return program, program.wait_for_match(r"cockpit: (http\S+)\s")
 
-        yield begin
-        for program in programs:
-            if program.process.poll() is None:
-                program.interrupt()
+        yield start
 
 
 @pytest.fixture
 def drive(start):
     """Return a function that starts ./drive with a cockpit and returns the address of its page."""
-    return lambda *arguments: start(
-        str(ROOT / "drive"), "headless:=true", "cockpit:=true", *arguments
-    )
+    return lambda *arguments: start(ROOT / "drive", "headless:=true", "cockpit:=true", *arguments)
 
 
 @pytest.fixture

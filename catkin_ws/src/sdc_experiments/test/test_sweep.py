@@ -1,6 +1,5 @@
 """Sweeps in real processes: kills, interrupts, a cluster of another terminal, real nodes."""
 
-import contextlib
 import json
 import os
 import signal
@@ -16,7 +15,7 @@ import pytest
 
 from sdc_common.processes import matching
 from sdc_experiments.sweep.dask_engine import DaskEngine
-from sdc_testing.program import Program
+from sdc_testing.program import Program, programs
 
 pytestmark = pytest.mark.slow(15)
 
@@ -45,19 +44,8 @@ def study(tmp_path):
 
 @pytest.fixture
 def start(tmp_path):
-    """Start programs; end those that still run at the end of the test."""
-    programs = []
-
-    def start(*command):
-        log = tmp_path / f"log{len(programs)}"
-        programs.append(Program(list(map(str, command)), os.environ, tmp_path, log))
-        return programs[-1]
-
-    yield start
-    for program in programs:
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(program.process.pid, signal.SIGKILL)
-        program.process.wait()
+    with programs(tmp_path, end=Program.kill) as start:
+        yield start
 
 
 def wait_for(condition, program):

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 
+from sdc_common.configuration import node_config
 from sdc_experiments.sweep.cell_drive import code_version, drive_cell
 from sdc_experiments.sweep.heat_maps import heat_maps
 from sdc_experiments.sweep.page import write_page
@@ -19,7 +19,6 @@ from sdc_experiments.sweep.study import Study, load_study
 from sdc_testing.chromium import check_page, headless_chromium
 
 PACKAGE = Path(__file__).resolve().parents[1]
-CONTROLLER = PACKAGE.parent / "sdc_package" / "config" / "simple_controller.yaml"
 DOCUMENT = PACKAGE.parents[2] / "docs" / "sweeps.md"
 IDENTITY = {"factors": {"k": [1, 2]}, "files": {}, "code": "a"}
 
@@ -146,5 +145,5 @@ def test_document_shows_the_error_of_the_default_gain():
     mean, half_width = estimate([one["metrics"]["true_cross_track_rms_m"] for one in driven])
     (row,) = re.findall(r"^\| 0.05 m \| 10 m/s .*$", DOCUMENT.read_text(), re.MULTILINE)
     assert f"{1e3 * mean:.1f} ± {1e3 * half_width:.1f}" == row.split("|")[5].strip()
-    default = yaml.safe_load(CONTROLLER.read_text())["stanley_compensated"]["k"]
+    default = node_config("sdc_package", "simple_controller")["stanley_compensated"]["k"]
     assert f"**The default gain should stay {default:g}.**" in DOCUMENT.read_text()

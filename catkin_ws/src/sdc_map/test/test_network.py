@@ -412,15 +412,6 @@ def test_lanes_with_a_very_low_limit_are_not_for_cars(tmp_path):
     assert all(cars.issuperset(one.successors) for one in slow.driving if one.junction)
 
 
-def test_signal_without_type_is_left_out(tmp_path):
-    signal = '<signals><signal id="7" s="5" t="0" dynamic="no" orientation="+" type=""/></signals>'
-    text = _MAPS["line"].replace("</lanes>", "</lanes>" + signal)
-    network = load_network(write(tmp_path, text))
-    assert [*network.findings.lines()] == [
-        "signals without type (1, the first: signal 7 of road 7)"
-    ]
-
-
 def test_lines_go_on_through_a_junction_in_which_no_ways_cross(tmp_path):
     text = chain(60.0, 30.0, 60.0)
     for other, way in ((1, "successor"), (3, "predecessor")):
@@ -516,18 +507,6 @@ def test_upper_case_endings_utf_16_and_packed_files_are_read(tmp_path, name, con
     assert len(load_network(str(path)).driving) == 3
 
 
-def test_link_without_target_is_left_out(tmp_path):
-    link = '<link><successor elementType="road" elementId="9" contactPoint="start"/></link>'
-    junction = (
-        '<junction id="4"><connection id="0" incomingRoad="7" connectingRoad="8"/></junction>'
-    )
-    text = _MAPS["line"].replace("<link/>", link).replace("</OpenDRIVE>", junction + "</OpenDRIVE>")
-    network = load_network(write(tmp_path, text))
-    assert len(network.driving) == 3
-    expected = "links to what the file does not have (2, the first: road 7 to road 9)"
-    assert [*network.findings.lines()] == [expected]
-
-
 def test_lanes_have_the_heights_of_the_file(tmp_path):
     assert load_network(write(tmp_path, _MAPS["line"])).is_flat
     hill = (
@@ -566,15 +545,25 @@ def test_network_in_coordinates_of_the_earth_is_moved_to_the_origin(tmp_path):
     assert load_network(network.net_path).bounds_m == network.bounds_m
 
 
-def test_signs_objects_and_unread_elements_are_named(tmp_path):
-    more = """<lateralProfile><superelevation s="30" a="0.1" b="0" c="0" d="0"/></lateralProfile>
-      <signals><signal id="1" s="40" t="0" dynamic="no" orientation="+" type="274"/></signals>
-      <objects><object id="2" s="50" t="0" type="tree"/></objects>"""
-    network = load_network(write(tmp_path, _MAPS["line"].replace("</lanes>", "</lanes>" + more)))
-    assert [*network.findings.lines()] == [
+_UNREAD = """<lateralProfile><superelevation s="30" a="0.1" b="0" c="0" d="0"/></lateralProfile>
+  <signals><signal id="1" s="40" t="0" dynamic="no" orientation="+" type="274"/>
+  <signal id="7" s="5" t="0" dynamic="no" orientation="+" type=""/></signals>
+  <objects><object id="2" s="50" t="0" type="tree"/></objects>"""
+_LINK = '<link><successor elementType="road" elementId="9" contactPoint="start"/></link>'
+_WAY = '<junction id="4"><connection id="0" incomingRoad="7" connectingRoad="8"/></junction>'
+
+
+def test_what_is_not_read_is_left_out_and_named(tmp_path):
+    text = _MAPS["line"].replace("<link/>", _LINK).replace("</lanes>", "</lanes>" + _UNREAD)
+    path = write(tmp_path, text.replace("</OpenDRIVE>", _WAY + "</OpenDRIVE>"))
+    network = load_network(path)
+    assert len(network.driving) == 3
+    assert sorted(network.findings.lines()) == [
         "elements superelevation (1, the first: road 7 at 30 m)",
-        "signals of the type 274 (1, the first: road 7 at 40 m)",
+        "links to what the file does not have (2, the first: road 7 to road 9)",
         "objects of the type tree (1, the first: road 7 at 50 m)",
+        "signals of the type 274 (1, the first: road 7 at 40 m)",
+        "signals without type (1, the first: signal 7 of road 7)",
     ]
     (place,) = network.findings.places["objects of the type tree"]
     assert place.point_m == pytest.approx((10 + 50 * math.cos(0.3), -4 + 50 * math.sin(0.3)))

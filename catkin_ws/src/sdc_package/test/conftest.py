@@ -37,15 +37,9 @@ def environment(tmp_path):
 @pytest.fixture
 def start(tmp_path):
     """Return a function that starts programs; end those that still run after the test."""
-    from sdc_testing.program import Program  # needs ROS
+    from sdc_testing.program import programs  # needs ROS
 
-    programs = []
-
-    def begin(command, environment, folder=tmp_path):
-        programs.append(Program(command, environment, folder, tmp_path / f"log{len(programs)}"))
-        return programs[-1]
-
-    yield begin
-    for program in programs:
-        if program.process.poll() is None:
-            program.interrupt()
+    with programs(tmp_path) as begin:
+        yield lambda command, environment, folder=tmp_path: begin(
+            *command, environment=environment, cwd=folder
+        )

@@ -2,14 +2,13 @@
 
 import importlib.util
 import math
-import os
 
 import pytest
-import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from planned_roads import path_of
 
+from sdc_common.configuration import node_config
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import METHODS, load_steering
 from sdc_package.steering.method import predicted_pose
@@ -19,11 +18,7 @@ pytestmark = pytest.mark.slow(8)
 HAS_MPC = importlib.util.find_spec("sdc_mpc") and importlib.util.find_spec("osqp")
 METHODS = [method for method in METHODS if method != "mpc" or HAS_MPC]
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-with open(
-    os.path.join(HERE, "..", "config", "simple_controller.yaml"), encoding="utf-8"
-) as config_file:
-    CONFIG = yaml.safe_load(config_file)
+CONFIG = node_config("sdc_package", "simple_controller")
 # With stiff tyres the car of these tests rolls without slip.
 STIFF = Axles(1.435, 1.435, 1e-5, 1e-5)
 # Some releases of hypothesis count their own retries as examples that are too large.

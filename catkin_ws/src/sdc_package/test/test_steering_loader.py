@@ -5,17 +5,14 @@ import subprocess
 import sys
 
 import pytest
-import yaml
 
+from sdc_common.configuration import node_config
 from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import load_steering, section_of
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-with open(
-    os.path.join(HERE, "..", "config", "simple_controller.yaml"), encoding="utf-8"
-) as config_file:
-    CONFIG = yaml.safe_load(config_file)
+CONFIG = node_config("sdc_package", "simple_controller")
 AXLES = Axles(**CONFIG["axles"])
 
 

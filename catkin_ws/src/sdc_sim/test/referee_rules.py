@@ -1,18 +1,13 @@
 """The rules of the referee that the workshop comes with."""
 
-import os
-
 import numpy as np
-import yaml
 
+from sdc_common.configuration import node_config
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.rules import EvaluationRules
 
 TICK_NS = 50_000_000
-
-_FOLDER = os.path.dirname(os.path.abspath(__file__))
-with open(os.path.join(_FOLDER, "..", "config", "referee.yaml"), encoding="utf-8") as file:
-    RULES = EvaluationRules.read(yaml.safe_load(file).get)
+RULES = EvaluationRules.read(node_config("sdc_sim", "referee").get)
 
 
 def with_route(event_file=None, length_m=100, rules=RULES):

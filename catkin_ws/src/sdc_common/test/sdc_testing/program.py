@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import signal
 import subprocess
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Callable
 
 from sdc_common.processes import matching, processes_with
 
@@ -101,6 +102,12 @@ class Program:
         self.process.send_signal(signal.SIGINT)
         return self.wait_for_end()
 
+    def kill(self) -> None:
+        """End the program and what it started."""
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.process.pid, signal.SIGKILL)
+        self.process.wait()
+
     def pid_of(self, word: str) -> int:
         """Return the id of the one process of this ROS master whose program name has a word."""
         uri = self.environment["ROS_MASTER_URI"]
@@ -110,3 +117,22 @@ class Program:
         )
         assert len(found) == 1, f"{word}: {found}"
         return found[0].pid
+
+
+@contextlib.contextmanager
+def programs(
+    folder: Path, end: Callable[[Program], object] = Program.interrupt
+) -> Iterator[Callable[..., Program]]:
+    """Yield a function that starts programs, and end those that still run at the end."""
+    begun: list[Program] = []
+
+    def start(
+        *command: object, environment: Mapping[str, str] = os.environ, cwd: Path = folder
+    ) -> Program:
+        words = [str(word) for word in command]
+        begun.append(Program(words, environment, cwd, folder / f"log{len(begun)}"))
+        return begun[-1]
+
+    yield start
+    for program in begun:
+        end(program)
