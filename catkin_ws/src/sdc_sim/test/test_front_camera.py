@@ -188,6 +188,7 @@ def test_each_picture_and_its_camera_info_show_the_observation_of_their_stamp(ph
     for messages in (infos, images):
         assert [one.header.stamp.to_nsec() for one in messages] == stamps
         assert {one.header.frame_id for one in messages} == {"hero/camera/rgb/front"}
+    assert {one.step for one in images} == {4 * 640}
     renderer, boxes = Renderer(photograph.road), [obstacle_box(car), traffic_light_box(light)]
     for image, (_, state, *_) in zip(images, observations):
         expected = renderer.render(state.x_m, state.y_m, state.yaw_rad, boxes, 0.8)

@@ -9,7 +9,7 @@ import pytest
 import rospy
 from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
 from scipy.spatial.transform import Rotation
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo
 
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.ros.picture_messages import (
@@ -17,7 +17,6 @@ from sdc_sim.ros.picture_messages import (
     camera_mount,
     compressed_message,
     daylight,
-    image_message,
     spectator_mount,
 )
 
@@ -32,15 +31,6 @@ def test_camera_info_describes_the_pinhole_with_a_field_of_view_of_90_degrees():
     np.testing.assert_allclose(k, [[320.0, 0.0, 320.0], [0.0, 320.0, 240.0], [0.0, 0.0, 1.0]])
     np.testing.assert_array_equal(r, np.eye(3))
     np.testing.assert_array_equal(p, np.column_stack([k, np.zeros(3)]))
-
-
-def test_picture_is_written_as_any_image_is():
-    pixels, buffer = np.arange(96, dtype=np.uint8).reshape(4, 6, 4), io.BytesIO()
-    image_message(pixels, rospy.Time(3, 5), "front").serialize(buffer)
-    image = Image().deserialize(buffer.getvalue())
-    assert (image.width, image.height, image.step, image.encoding) == (6, 4, 24, "bgra8")
-    assert (image.header.stamp, image.header.frame_id) == (rospy.Time(3, 5), "front")
-    assert image.data == pixels.tobytes()
 
 
 def test_compressed_picture_is_a_jpeg_of_the_same_colours():

@@ -235,16 +235,6 @@ def test_zone_off_the_drive_is_refused(zone, message):
         simulation_with(route=route, gnss={"period_s": 0.1, "outages": [zone]})
 
 
-@pytest.mark.parametrize("seed", [0, 7, 2**32 - 1])
-def test_seed_determines_the_noise(seed):
-    first, second = OdometryNoise(seed, 0.1, 0.01, 0.2), OdometryNoise(seed, 0.1, 0.01, 0.2)
-    other = OdometryNoise(seed - 1 if seed else 1, 0.1, 0.01, 0.2)
-    rows = [first.apply(TRUE) for _ in range(5)]
-    assert rows == [second.apply(TRUE) for _ in range(5)]
-    assert rows != [other.apply(TRUE) for _ in range(5)]
-    assert rows[0] != rows[1]
-
-
 def test_one_kind_of_noise_does_not_depend_on_the_others():
     speed_alone, both = OdometryNoise(3, speed_mps=0.5), OdometryNoise(3, 0.1, speed_mps=0.5)
     speeds = [[noise.apply(TRUE).speed_mps for _ in range(3)] for noise in (speed_alone, both)]
