@@ -92,12 +92,6 @@ def key_paths(parameters, before=()):
             yield from key_paths(value, (*before, key))
 
 
-@pytest.mark.parametrize("name", BUILDERS)
-def test_parameter_file_works_as_it_is(name, tmp_path):
-    build, parameters = BUILDERS[name]
-    assert np.isfinite(np.asarray(build(copy.deepcopy(parameters), tmp_path), float)).all()
-
-
 @settings(
     max_examples=max(200, settings.default.max_examples),
     suppress_health_check=[HealthCheck.function_scoped_fixture],

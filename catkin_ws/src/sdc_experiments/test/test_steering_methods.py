@@ -2,12 +2,10 @@
 
 import importlib.util
 import math
-import os
 
 import numpy as np
 import pytest
 
-from sdc_common.configuration import package_folder
 from sdc_experiments.closed_loop import car_with, drive_result
 from sdc_experiments.configuration import node_parameters, vehicle_preset
 from sdc_package.actuation import SteeringMap
@@ -24,7 +22,6 @@ METHODS = [one for one in METHODS if one != "mpc" or importlib.util.find_spec("o
 
 CONFIG = node_parameters("simple_controller")
 TICK_S = 0.05
-DATA = os.path.join(package_folder("sdc_common"), "data")
 
 # Root mean square and maximum of the cross-track error of the centre [m], measured and rounded up.
 BOUNDS_M = {
