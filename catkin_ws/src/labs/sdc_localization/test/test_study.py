@@ -17,16 +17,9 @@ pytestmark = pytest.mark.slow(15)
 
 
 @pytest.mark.nightly
-def test_position_is_known_on_a_random_route_with_an_outage():
-    drive = random_drive(0, length_m=150.0, outage_s=12.0)
-    assert drive.metrics["status"] == "completed"
-    assert rms(drive.position_errors_m) < 0.5
-    assert 1.0 < consistency([drive]).mean < 9.0
-
-
-@pytest.mark.nightly
 def test_errors_are_as_large_as_the_covariance_says():
     drives = [random_drive(seed, length_m=400.0, outage_s=15.0) for seed in range(4)]
+    assert {drive.metrics["status"] for drive in drives} == {"completed"}
     found = consistency(drives)
     assert found.inside > 0.85, "of the time; with few drives the share varies"
     assert 2.0 < found.mean < 4.0
