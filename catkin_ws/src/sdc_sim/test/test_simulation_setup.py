@@ -40,10 +40,6 @@ def setup(monkeypatch):
     return read
 
 
-def test_packaged_parameters_are_accepted(setup):
-    assert setup().simulation.snapshot.state.speed_mps == 0.0
-
-
 def test_noise_latencies_friction_wind_and_role_name_take_effect(setup):
     noise = {"position_m": 0.4, "heading_rad": 0.0, "speed_mps": 0.0}
     latencies = {"sensor_latency_s": 0.2, "command_latency_s": 0.25}
