@@ -1,4 +1,4 @@
-"""CPU time, memory and open files of the processes of one ROS master."""
+"""Drives of the whole stack, and CPU time, memory and open files of its processes."""
 
 from __future__ import annotations
 
@@ -6,15 +6,32 @@ import contextlib
 import functools
 import os
 from collections import defaultdict
+from typing import Any
 
 import psutil
 
 from sdc_common.processes import processes_with
+from sdc_sim.runner import isolated_drive
+from sdc_sim.scenario.acceptance_limits import read_report
 
 _NODE = "__name:="
 _MEGABYTE = 1024.0 * 1024.0
 # Takes a ROS_MASTER_URI, and returns the processes that were started with it.
 stack_processes = functools.partial(processes_with, "ROS_MASTER_URI")
+
+
+def measured_drive(camera: str, **options: Any) -> dict[str, Any]:
+    """Drive in lockstep with the options of isolated_drive; return the content of report.json.
+
+    Raises:
+        RuntimeError: the drive wrote no report; the message has the end of its output
+    """
+    given = {"camera": camera, "referee_options": "{}", **options.pop("given", {})}
+    with isolated_drive("", given, **options) as (drive, lines):
+        try:
+            return read_report(drive.report_path)[0]
+        except OSError:
+            raise RuntimeError("\n".join(lines)) from None
 
 
 def process_name(process: psutil.Process) -> str:

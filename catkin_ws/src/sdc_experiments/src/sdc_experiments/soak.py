@@ -9,20 +9,24 @@ more after the warm-up, and no file stayed open.
 from __future__ import annotations
 
 import contextlib
+import math
 import re
 import sys
-import tempfile
-import time
 from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
 import psutil
 
-from sdc_experiments.process_metrics import private_memory_mb, process_name, stack_processes
-from sdc_experiments.stack_launch import Program, launched, report_of
+from sdc_experiments.process_metrics import (
+    measured_drive,
+    private_memory_mb,
+    process_name,
+    stack_processes,
+)
 from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.road.route_generator import generate_route
+from sdc_sim.runner import CheckedDrive
 
 SPEED_MPS = 10.0
 # The bends are wide enough for this speed.
@@ -30,7 +34,6 @@ LAP = [{"straight_m": 200.0}, {"left_deg": 180.0, "radius_m": 40.0, "transition_
 MAX_GROWTH_MB = 5.0
 _WARM_UP_PERCENT = 25.0
 _MIN_SAMPLES = 5
-_SAMPLE_PERIOD_S = 0.25
 _PROGRESS = re.compile(r"referee: *([0-9.]+) %")
 # The route takes long to load, and a busy machine must not cause a missed tick.
 _SIM_OPTIONS = "{start_patience_s: 600.0, patience_s: 60.0}"
@@ -71,34 +74,34 @@ def judge(samples: np.ndarray) -> tuple[float, float, int] | None:
     return float(memory_mb[0]), float(memory_mb.max() - memory_mb[0]), max(0, leaked)
 
 
-def _percent(launch: Program, last: float) -> float:
+def _percent(log: Path, last: float) -> float:
     """Return the completed share of a drive [%] from the end of its log, the last one without."""
-    with open(launch.log, "rb") as file:
-        file.seek(max(0, launch.log.stat().st_size - 4096))
+    with open(log, "rb") as file:
+        file.seek(max(0, log.stat().st_size - 4096))
         printed = _PROGRESS.findall(file.read().decode(errors="replace"))
     return float(printed[-1]) if printed else last
 
 
-def soak(hours: float, camera: str, folder: Path) -> bool:
+def soak(hours: float, camera: str) -> bool:
     """Drive all laps, print the drive and a table of all processes; return whether all is good.
 
     Raises:
         RuntimeError: the drive wrote no report; the message contains the end of its output
     """
-    route = folder / "laps.csv"
-    np.savetxt(route, laps(hours), fmt="%.4f", delimiter=",")
-    given = ["sync:=true", f"camera:={camera}", f"waypoints_path:={route}"]
     samples: dict[tuple[str, int], list] = defaultdict(list)
     percent = 0.0
-    with launched([*given, f"sim_options:={_SIM_OPTIONS}"]) as launch:
-        while launch.process.poll() is None:
-            percent = _percent(launch, percent)
-            for process in stack_processes(launch.environment["ROS_MASTER_URI"]):
-                with contextlib.suppress(psutil.Error):
-                    row = percent, private_memory_mb(process), process.num_fds()
-                    samples[process_name(process), process.pid].append(row)
-            time.sleep(_SAMPLE_PERIOD_S)
-        metrics = report_of(launch)
+
+    def sample(drive: CheckedDrive) -> None:
+        nonlocal percent
+        percent = _percent(Path(drive.log_path), percent)
+        for process in stack_processes(drive.environment["ROS_MASTER_URI"]):
+            with contextlib.suppress(psutil.Error):
+                row = percent, private_memory_mb(process), process.num_fds()
+                samples[process_name(process), process.pid].append(row)
+
+    # The y axis of `laps` points to the right.
+    route_m, given = laps(hours) * (1.0, -1.0), {"sim_options": _SIM_OPTIONS}
+    metrics = measured_drive(camera, given=given, route_m=route_m, timeout_s=math.inf, watch=sample)
     print(
         f"{metrics['status']}: {metrics['duration_s'] / 3600.0:.2f} simulated hours, "
         f"{metrics['ticks']} ticks, {metrics['missed_ticks']} missed, "
@@ -120,7 +123,6 @@ def main() -> None:
     hours, camera = float(arguments.pop("hours", "10")), arguments.pop("camera", "false")
     if arguments or not hours > 0.0 or camera not in ("true", "false"):
         sys.exit(__doc__)
-    with tempfile.TemporaryDirectory(prefix="soak-") as folder:
-        good = soak(hours, camera, Path(folder))
+    good = soak(hours, camera)
     print("flat" if good else "NOT flat")
     sys.exit(0 if good else 1)

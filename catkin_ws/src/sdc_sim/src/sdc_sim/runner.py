@@ -23,8 +23,9 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 import xml.etree.ElementTree as ElementTree
-from typing import Iterator, Mapping
+from typing import Callable, Iterator, Mapping
 
 import numpy as np
 
@@ -51,6 +52,8 @@ from sdc_sim.scenario.traffic import load_traffic
 
 _SHUTDOWN_TIMEOUT_S = 30.0
 _LOG_TAIL_LINES = 25
+# Wall time between two looks at a drive that is watched.
+_WATCH_PERIOD_S = 0.25
 # A node that does not end by itself is killed after this time.
 _LEFT_BEHIND_S = 10.0
 # Environment variables of the ROS master of a drive.
@@ -160,14 +163,16 @@ class CheckedDrive:
             "report": report_path,
         }
 
-    def run(self, timeout_s: float, network: Mapping[str, str] | None = None) -> list[str]:
+    def run(
+        self, timeout_s: float, watch: Callable[[CheckedDrive], object] = lambda _: None
+    ) -> list[str]:
         """Drive until the launch ends, complete the report and check it.
 
         All nodes have ended on return.
 
         Args:
             timeout_s: wall time after which the drive is interrupted [s]
-            network: environment variables of another ROS master
+            watch: called again and again during the drive
 
         Returns:
             one line for each violation, followed by the end of the log; empty if there is none
@@ -187,12 +192,15 @@ class CheckedDrive:
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
-                env={**self.environment, **(network or {})},
+                env=self.environment,
                 start_new_session=True,
             )
+        until_s = time.monotonic() + timeout_s
         try:
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                launch.wait(timeout_s)
+            while launch.poll() is None and time.monotonic() < until_s:
+                watch(self)
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    launch.wait(_WATCH_PERIOD_S)
         finally:
             _terminate(launch)
         try:
@@ -230,6 +238,8 @@ def isolated_drive(
     route_m: np.ndarray | None = None,
     timeout_s: float = 1200.0,
     report_path: str = "",
+    watch: Callable[[CheckedDrive], object] = lambda _: None,
+    environment: Mapping[str, str] | None = None,
 ) -> Iterator[tuple[CheckedDrive, list[str]]]:
     """Drive under a ROS master of its own; by default, its files exist during the block.
 
@@ -240,6 +250,8 @@ def isolated_drive(
         route_m: (N, 2) waypoints, in place of the route of the scenario [m]
         timeout_s: wall time after which the drive is interrupted [s]
         report_path: where to write the report, "" for a folder that is deleted after the block
+        watch: as that of `CheckedDrive.run`
+        environment: environment variables of another workspace, whose all.launch is launched
 
     Yields:
         the drive, and the lines that `CheckedDrive.run` returns
@@ -253,7 +265,9 @@ def isolated_drive(
         with isolated_ros_environment(os.path.join(folder, "ros"), _LEFT_BEHIND_S) as variables:
             path = report_path or os.path.join(folder, "report.json")
             drive = CheckedDrive(scenario, path, given, parameters)
-            lines = drive.run(timeout_s, {name: variables[name] for name in _NETWORK})
+            network = {name: variables[name] for name in _NETWORK}
+            drive.environment = {**(environment or drive.environment), **network}
+            lines = drive.run(timeout_s, watch)
         yield drive, lines
 
 

@@ -8,25 +8,26 @@ python3 -m sdc_experiments.benchmarks.bare_loop planner|controller
 from __future__ import annotations
 
 import contextlib
+import functools
 import os
+import signal
+import subprocess
 import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable, Iterator, Mapping
 
 import cv2
 import numpy as np
 import rosgraph
 import rospy
 from nav_msgs.msg import Odometry
-from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
+from sdc_msgs.msg import CarlaVehicleControl, LocalPath, Waypoint
 from sensor_msgs.msg import Image
 
 from sdc_common.processes import isolated_ros_environment, wait_until
 from sdc_common.ros.node import LoopPublisher
-from sdc_experiments.stack_launch import running
 from sdc_sim.ros.picture_messages import image_message
 
 ODOMETRY = "/carla/ego_vehicle/odometry"
@@ -88,19 +89,28 @@ class BareWorld:
 
 
 @contextlib.contextmanager
+def _running(*command: str, environment: Mapping[str, str]) -> Iterator[None]:
+    """Run a program during a block and interrupt it at the end."""
+    process = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL)
+    try:
+        yield
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(_START_TIMEOUT_S)
+
+
+@contextlib.contextmanager
 def bare_loop() -> Iterator[BareWorld]:
     """Run the loop under a ROS master of its own, of which this process becomes a node."""
     with tempfile.TemporaryDirectory() as name, isolated_ros_environment(name) as environment:
-        folder = Path(name)
         os.environ.update({key: environment[key] for key in ("ROS_MASTER_URI", "ROS_IP")})
         port = environment["ROS_MASTER_URI"].rsplit(":", 1)[1]
+        run = functools.partial(_running, environment=environment)
         node = [sys.executable, "-m", "sdc_experiments.benchmarks.bare_loop"]
-        with running(["roscore", "-p", port], environment, folder):
+        with run("roscore", "-p", port):
             wait_until(rosgraph.is_master_online, _START_TIMEOUT_S, "the ROS master")
             rospy.init_node("bare_world", disable_signals=True)
-            with running([*node, "planner"], environment, folder), running(
-                [*node, "controller"], environment, folder
-            ):
+            with run(*node, "planner"), run(*node, "controller"):
                 yield BareWorld()
             rospy.signal_shutdown("all is measured")
 

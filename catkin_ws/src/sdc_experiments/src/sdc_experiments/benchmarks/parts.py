@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import rospy
 from rosgraph_msgs.msg import Clock
-from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
+from sdc_msgs.msg import CarlaVehicleControl, LocalPath, Waypoint
 
 from sdc_common.configuration import package_folder
 from sdc_common.geometry.route import Route
