@@ -27,7 +27,11 @@ _RULE = re.compile(r"^[ ]*(?:# -{10,}|<!-- (?:- ){5,}-->)$")
 
 
 class RegionError(ValueError):
-    """TODO lines and rules that do not match; the message names the line and the fix."""
+    """TODO lines and rules that do not match; the message names the line, from 1, and the fix."""
+
+    def __init__(self, message: str, line: int | None = None):
+        super().__init__(f"line {line}: {message}" if line else message)
+        self.line = line
 
 
 @dataclass(frozen=True)
@@ -50,46 +54,30 @@ class Region:
 
 def regions(text: str) -> dict:
     """Return the regions of a file by number, in the order of the file. Raises RegionError."""
-    lines = text.split("\n")
-    found = {}
-    opened = None
-    for index, line in enumerate(lines):
-        opens = _OPENS.match(line)
-        if opened is None and _RULE.match(line):
-            raise RegionError(
-                f"line {index + 1}: this rule closes no TODO; "
-                "put its TODO line back, or delete the rule"
-            )
-        if opens is not None:
-            number = opens["number"]
-            if opened is not None:
-                raise RegionError(
-                    f"line {index + 1}: TODO {number} begins before TODO {opened[1]['number']} is "
-                    f"closed; put the rule back that closes TODO {opened[1]['number']}"
-                )
-            if number in found:
-                raise RegionError(
-                    f"line {index + 1}: TODO {number} is there twice; delete one of the two"
-                )
-            opened = index, opens
-        elif opened is not None and _RULE.match(line):
-            start, opens = opened
-            first, end = (0, 1) if opens["first_line"] else (start + 1, index)
-            found[opens["number"]] = Region(
-                number=opens["number"],
-                title=opens["title"],
-                first=first,
-                end=end,
-                indent=opens["indent"],
-                until_then=opens["until_then"],
-                given=bool(opens["given"]),
-            )
+    found: dict = {}
+    opened, start = None, 0
+    for number, line in enumerate(text.split("\n"), 1):
+        opens, is_rule = _OPENS.match(line), _RULE.match(line)
+        if is_rule and opened is None:
+            fix = "put its TODO line back, or delete the rule"
+            raise RegionError(f"this rule closes no TODO; {fix}", number)
+        if opens and opened is not None:
+            fix = f"put the rule back that closes TODO {opened['number']}"
+            both = f"TODO {opens['number']} begins before TODO {opened['number']} is closed"
+            raise RegionError(f"{both}; {fix}", number)
+        if opens and opens["number"] in found:
+            seen = f"TODO {opens['number']} is there twice"
+            raise RegionError(f"{seen}; delete one of the two", number)
+        if opens:
+            opened, start = opens, number
+        elif is_rule and opened is not None:
+            first, end = (0, 1) if opened["first_line"] else (start, number - 1)
+            texts = opened["indent"], opened["until_then"], bool(opened["given"])
+            found[opened["number"]] = Region(opened["number"], opened["title"], first, end, *texts)
             opened = None
     if opened is not None:
-        raise RegionError(
-            f"line {opened[0] + 1}: TODO {opened[1]['number']} is not closed; "
-            "put the rule back that follows it"
-        )
+        seen = f"TODO {opened['number']} is not closed"
+        raise RegionError(f"{seen}; put the rule back that follows it", start)
     return found
 
 

@@ -13,19 +13,13 @@ from sdc_workshop.steps import Step, load_steps
 _BAR = 40
 # With this attempt, a hint also gives the line or the formula.
 _FULL_ATTEMPT = 3
-# Of each status: the sign, the same in ASCII, and the colour.
+# Of each status: the sign, the same in ASCII, the colour, a note, and a sentence.
 _SIGNS = {
-    PASSED: ("✓", "+", "32"),
-    WRONG: ("✗", "x", "31"),
-    UNFINISHED: ("·", ".", "33"),
-    WAITING: ("○", "o", "33"),
-    NOT_JUDGED: ("?", "?", "33"),
-}
-_WORDS = {
-    WRONG: "is not right yet",
-    UNFINISHED: "is not written yet",
-    WAITING: "cannot be checked yet",
-    NOT_JUDGED: "was not judged",
+    PASSED: ("✓", "+", "32", "", ""),
+    WRONG: ("✗", "x", "31", "", "is not right yet"),
+    UNFINISHED: ("·", ".", "33", "   (to be written)", "is not written yet"),
+    WAITING: ("○", "o", "33", "   (waits)", "cannot be checked yet"),
+    NOT_JUDGED: ("?", "?", "33", "", "was not judged"),
 }
 
 
@@ -59,9 +53,8 @@ class Show:
 
     def step(self, step: Step, answer: Answer) -> None:
         """Print one line about a step."""
-        sign, plain, colour = _SIGNS[answer.status]
+        sign, plain, colour, note, _ = _SIGNS[answer.status]
         sign = self._coloured(plain if self._plain else sign, colour)
-        note = {WAITING: "   (waits)", UNFINISHED: "   (to be written)"}.get(answer.status, "")
         self._line(f" {sign} {step.id:22} {step.title}{note}")
         if answer.status == PASSED:
             # An experiment has a result that is worth reading.
@@ -92,7 +85,9 @@ class Show:
                     self._line("Next, if you like: the experiments of phase 4 of the guide.")
             return
         answer = answers[first.id]
-        self._line(f"\n{self._coloured(first.id, '1')}: {first.title}: {_WORDS[answer.status]}.")
+        self._line(
+            f"\n{self._coloured(first.id, '1')}: {first.title}: {_SIGNS[answer.status][-1]}."
+        )
         self._field("expected", answer.expected)
         self._field("seen", answer.seen)
         self._field("where", answer.where)

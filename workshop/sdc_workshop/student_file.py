@@ -20,17 +20,11 @@ _MERGE = re.compile(r"^<{7}(?: .*)?$.*?^={7}$.*?^>{7}(?: .*)?$", re.MULTILINE | 
 
 
 class FileError(RegionError):
-    """A file that Python or ROS cannot read.
-
-    Attributes:
-        seen: what is wrong with it
-        fix: how to fix it
-        line: the line, from 1, or None
-    """
+    """A file that Python or ROS cannot read: what was seen, and how to fix it."""
 
     def __init__(self, seen: str, fix: str, line: int | None = None):
-        super().__init__(f"{f'line {line}: ' if line else ''}{seen}; {fix}")
-        self.seen, self.fix, self.line = seen, fix, line
+        super().__init__(f"{seen}; {fix}", line)
+        self.seen, self.fix = seen, fix
 
 
 def encoding_of(data: bytes) -> str:

@@ -45,6 +45,11 @@ def solution(name: str) -> Path:
     return SOLUTION / "labs" / name if in_labs else SOLUTION / name
 
 
+def solution_text(name: str) -> str:
+    """Return the text of the solution's file."""
+    return solution(name).read_text(encoding="utf-8")
+
+
 def package_files(lab: str = WORKSHOP) -> list:
     """Return all files of a finished package, relative to the src folder, sorted."""
     root = solution(package_of(lab))
@@ -64,7 +69,7 @@ def files_to_make(lab: str = WORKSHOP) -> set:
 def template_of(name: str) -> str | None:
     """Return the solution's file with empty TODOs; None for a file without TODOs."""
     is_text = name.endswith((".py", ".launch", ".xml", ".txt", ".sh", ".msg", ".yaml"))
-    text = solution(name).read_text(encoding="utf-8") if is_text else ""
+    text = solution_text(name) if is_text else ""
     return template(text) if regions(text) else None
 
 
@@ -80,42 +85,36 @@ def make(folder: Path, lab: str = WORKSHOP) -> None:
     folder = folder.absolute()
     if folder.exists() and not folder.is_dir():
         raise WorkspaceError(f"{folder} is a file; name a new folder")
-    if lab and (folder / MARKER).is_file():
-        if (folder / "src" / package_of(lab)).exists():
-            raise WorkspaceError(f"{folder} already has src/{package_of(lab)}")
-        _write_templates(folder, lab)
-        _mark(folder, lab)
-        return
-    if (folder / MARKER).is_file():
+    is_workspace = (folder / MARKER).is_file()
+    if is_workspace and not lab:
         raise WorkspaceError(
             f"{folder} is a workspace already; ./workshop/start --update {folder} brings it to "
             "this version, and keeps what is written at the TODOs"
         )
-    if folder.is_dir() and any(folder.iterdir()):
+    if is_workspace and (folder / "src" / package_of(lab)).exists():
+        raise WorkspaceError(f"{folder} already has src/{package_of(lab)}")
+    if not is_workspace and folder.is_dir() and any(folder.iterdir()):
         raise WorkspaceError(f"{folder} is not empty; name a new folder, or empty this one")
     if {PROJECT / "catkin_ws", WORLD} & set(folder.resolve().parents):
         raise WorkspaceError(
             f"{folder} lies in the project's own workspace; "
             "name a folder elsewhere, such as ~/sdc_ws"
         )
-    if lab:
+    if lab and not is_workspace:
         copy_car(folder)
-    _write_templates(folder, lab)
-    link(folder, lab)
+    for name in package_files(lab):
+        if name not in files_to_make(lab):
+            _write_given(folder, name, template_of(name))
+    if is_workspace:
+        _mark(folder, lab)
+    else:
+        link(folder, lab)
 
 
 def copy_car(folder: Path) -> None:
     """Copy the finished car into a workspace."""
     for name in package_files():
-        to = folder / "src" / name
-        to.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(solution(name), to)
-
-
-def _write_templates(folder: Path, lab: str) -> None:
-    for name in package_files(lab):
-        if name not in files_to_make(lab):
-            _write_given(folder, name, template_of(name))
+        _write_given(folder, name, None)
 
 
 def _write_given(folder: Path, name: str, text: str | None) -> None:
@@ -163,7 +162,7 @@ def version() -> str:
     """Return a text that changes with any file or line that students get."""
     given = hashlib.sha256()
     for name in (name for lab in (WORKSHOP, *LABS) for name in package_files(lab)):
-        given.update((template_of(name) or solution(name).read_text(encoding="utf-8")).encode())
+        given.update((template_of(name) or solution_text(name)).encode())
     return given.hexdigest()[:12]
 
 
@@ -175,7 +174,7 @@ def is_older(folder: Path) -> bool:
 
 def _updated(folder: Path, name: str) -> str:
     """Return this version of a file, with the student's regions and configuration."""
-    new = solution(name).read_text(encoding="utf-8")
+    new = solution_text(name)
     path = folder / "src" / name
     empty = template_of(name)
     try:
@@ -236,7 +235,7 @@ def find(start: Path) -> Path:
 
 def solution_body(step: Step) -> str:
     """Return the solution's lines of this step's region, or of the whole file."""
-    text = solution(str(step.file)).read_text(encoding="utf-8")
+    text = solution_text(str(step.file))
     return region_body(text, step.todo) if step.todo else text
 
 

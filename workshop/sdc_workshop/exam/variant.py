@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Sequence
 
 from sdc_workshop.regions import body, regions, replaced, template_body
-from sdc_workshop.workspace import solution as solution_of
+from sdc_workshop.workspace import solution_text
 
 
 @dataclass(frozen=True)
@@ -53,8 +53,7 @@ def make(
     Raises:
         RegionError: TODO lines and rules do not match
     """
-    solution = solution_of(name).read_text(encoding="utf-8")
-    text = student_text
+    solution, text = solution_text(name), student_text
     for number, region in regions(student_text).items():
         if number in left_empty:
             text = replaced(text, number, template_body(region))

@@ -16,7 +16,14 @@ import numpy as np
 
 from sdc_workshop.steps import WORKSHOP
 from sdc_workshop.student_file import read_anyway
-from sdc_workshop.workspace import files_to_make, package_files, package_of, solution, template_of
+from sdc_workshop.workspace import (
+    files_to_make,
+    package_files,
+    package_of,
+    solution,
+    solution_text,
+    template_of,
+)
 
 # As many tokens in a row must be equal.
 _RUN = 6
@@ -50,7 +57,7 @@ def _words(src: Path, name: str, lab: str) -> Iterator[str]:
     if path.suffix not in _ENDINGS or not path.is_file():
         return
     if name not in files_to_make(lab) and solution(name).is_file():
-        given = template_of(name) or solution(name).read_text(encoding="utf-8")
+        given = template_of(name) or solution_text(name)
     known = {line.strip() for line in given.split("\n")}
     lines = (line for line in read_anyway(path).split("\n") if line.strip() not in known)
     for match in _TOKEN.finditer(_COMMENT.sub("", "\n".join(lines))):
