@@ -25,43 +25,17 @@ def in_full(law: str | None) -> str:
 
 
 @dataclass(frozen=True)
-class Problem:
-    """One thing that is wrong."""
-
-    expected: str  # what was expected
-    seen: str  # what was seen instead
-    hint: str  # how to fix it
-    todo: str | None = None  # number of the region that it is about, or None
-    # Line in the file that was checked, from 1; it may differ from the student's line
-    line: int | None = None
-    # Whether `seen` is an error of Python, which needs the hint of the step, too
-    is_error: bool = False
-
-
-@lru_cache(maxsize=1)
-def _problems() -> dict:
-    return yaml.safe_load(Path(__file__).with_name("problems.yaml").read_text(encoding="utf-8"))
-
-
-def listed(
-    key: str, /, todo: str | None = None, line: int | None = None, **values: object
-) -> Problem:
-    """Return the problem with this name of problems.yaml, with values in its texts."""
-    row = _problems()[key]
-    texts = [row[part].format(**values) for part in ("expected", "seen", "hint")]
-    return Problem(*texts, todo or row.get("todo"), line)
-
-
-@dataclass(frozen=True)
 class Answer:
-    """The answer about a step: its status, and as in Problem what is wrong."""
+    """The answer about a step, or about a part of it: its status, and what is wrong."""
 
     status: str  # PASSED, WRONG, UNFINISHED, WAITING or NOT_JUDGED
     expected: str = ""  # what was expected
     seen: str = ""  # what was seen instead
     hint: str = ""  # how to fix it
     file: str | None = None  # path relative to the workspace, or None
-    line: int | None = None  # line in the file, from 1, or None
+    # Line from 1, or None: in the file that was checked, in the end in the student's file
+    line: int | None = None
+    todo: str | None = None  # number of the region that it is about, or None
     seed: str = ""  # with this seed of the stage, the check draws the same arguments again
 
     @property
@@ -77,15 +51,25 @@ def encodable(answer: Answer) -> Answer:
     return replace(answer, **{name: text.decode() for name, text in shown.items()})
 
 
-def answered(
-    key: str, /, file: str | None = None, line: int | None = None, **values: object
+def mistake(expected: str, seen: str, hint: str, todo: str | None = None) -> Answer:
+    """Return the answer about a mistake."""
+    return Answer(WRONG, expected, seen, hint, todo=todo)
+
+
+@lru_cache(maxsize=1)
+def _problems() -> dict:
+    return yaml.safe_load(Path(__file__).with_name("problems.yaml").read_text(encoding="utf-8"))
+
+
+def listed(
+    key: str,
+    /,
+    file: str | None = None,
+    line: int | None = None,
+    todo: str | None = None,
+    **values: object,
 ) -> Answer:
     """Return the answer with this name of problems.yaml; without a status there, it is WRONG."""
-    problem = listed(key, line=line, **values)
-    status = _problems()[key].get("status", WRONG)
-    return Answer(status, problem.expected, problem.seen, problem.hint, file, line)
-
-
-def wrong(problem: Problem, file: str | None = None, line: int | None = None) -> Answer:
-    """Return the answer to a step that has this problem."""
-    return Answer(WRONG, problem.expected, problem.seen, problem.hint, file, line)
+    row = _problems()[key]
+    texts = [row[part].format(**values) for part in ("expected", "seen", "hint")]
+    return Answer(row.get("status", WRONG), *texts, file, line, todo or row.get("todo"))

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from sdc_sim.yaml_document import packaged_config
-from sdc_workshop.exam.answer import Problem, listed
+from sdc_workshop.exam.answer import Answer, listed
 from sdc_workshop.exam.files import interpreter_problem, permission_problem
 from sdc_workshop.exam.node import Node, running_node
 from sdc_workshop.exam.node_check import NodeCheck
@@ -48,7 +49,7 @@ class CameraCheck(NodeCheck):
                 variant.text, ("python3",), "#!/usr/bin/env python3"
             ) or permission_problem(stage.student, self.file)
             if found is not None:
-                return [Problem(found.expected, found.seen, found.hint, "1", 1)]
+                return [replace(found, todo="1", line=1)]
             if variant.judged == ("1",):
                 return []
         problems = super().problems(variant, stage)
@@ -63,7 +64,7 @@ class CameraCheck(NodeCheck):
         offset = packaged_config("camera", str(SOLUTION / PACKAGE / "config"))["lane_offset"]
         return {"show_window": False, "lane_filter": _THRESHOLDS, "lane_offset": offset}
 
-    def answer_problem(self, node: Node, variant: Variant, stage: Stage) -> Problem | None:
+    def answer_problem(self, node: Node, variant: Variant, stage: Stage) -> Answer | None:
         """See NodeCheck.answer_problem."""
         import numpy as np
         from sensor_msgs.msg import Image
@@ -86,7 +87,7 @@ class CameraCheck(NodeCheck):
             return None
         return listed("mask")
 
-    def _window_problem(self, variant: Variant, stage: Stage) -> Problem | None:
+    def _window_problem(self, variant: Variant, stage: Stage) -> Answer | None:
         import numpy as np
         from sensor_msgs.msg import Image
 

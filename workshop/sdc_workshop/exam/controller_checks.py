@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable
+from functools import partial
+from random import Random
+from typing import TYPE_CHECKING, Any, Callable
 
-from sdc_workshop.exam.answer import Problem, listed
+from sdc_workshop.exam.answer import Answer, listed
 from sdc_workshop.exam.node import Node
 from sdc_workshop.exam.node_check import NodeCheck, configuration_problem, delay_problem, first_of
 from sdc_workshop.exam.planner_checks import ODOMETRY, PATH, mistake_in_rows
@@ -18,6 +20,9 @@ from sdc_workshop.exam.probes.library_probe import (
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.variant import Variant
 from sdc_workshop.workspace import PACKAGE
+
+if TYPE_CHECKING:
+    import rospy
 
 COMMANDS = "/carla/ego_vehicle/vehicle_control_cmd"
 _TOPICS = (
@@ -51,7 +56,7 @@ class BasicControlCheck(NodeCheck):
         wanted = {"basic_throttle": basic["throttle"], "basic_steer": basic["steer"]}
         return {**_SETTINGS, "basic_control": True, **wanted}
 
-    def answer_problem(self, node: Node, variant: Variant, stage: Stage) -> Problem | None:
+    def answer_problem(self, node: Node, variant: Variant, stage: Stage) -> Answer | None:
         """See NodeCheck.answer_problem."""
         import rospy
         from nav_msgs.msg import Odometry
@@ -127,109 +132,91 @@ class PathFollowingCheck(NodeCheck):
         """See NodeCheck.parameters."""
         return {**_SETTINGS, "basic_control": False}
 
-    def answer_problem(self, node: Node, variant: Variant, stage: Stage) -> Problem | None:
+    def answer_problem(self, node: Node, variant: Variant, stage: Stage) -> Answer | None:
         """See NodeCheck.answer_problem."""
-        drive = Drive(node, stage.configuration("simple_controller"))
-        try:
-            drive.wanted(self._table["scenes"][0])
-        except (TypeError, ValueError, KeyError) as error:
-            return configuration_problem("simple_controller", error)
-        random, todo, played = stage.random(self.file), first_of(("2.3",), variant), []
-        for scene in self._table["scenes"]:
-            offsets = [random.uniform(-end, end) for end in (0.2, 0.05, 0.02)]
-            scene = {**scene, "pose": [sum(pair) for pair in zip(scene["pose"], offsets)]}
-            how = drive.play(scene)
-            if drive.answer is None:
-                return self.silence_problem(node, how, variant)
-            played.append((scene, _fields(drive.answer)))
-        wrong = [(scene, got) for scene, got in played if not drive.is_near(got, scene)]
-        for scene, got in wrong[:1]:
-            hint = mistake_in_rows(
-                lambda change: all(drive.is_near(got, scene, change) for scene, got in played)
-            )
-            texts = {"wanted": _text(drive.wanted(scene)), "got": _text(got)}
-            found = listed("another_path", todo, what=scene["text"], hint=hint, **texts)
-            return self.crash_problem(node, variant) or found
-        return delay_problem(drive.delays_s, todo)
-
-
-class Drive:
-    """Sends scenes to a controller, tick by tick, until its command is right.
-
-    Attributes:
-        answer: the last command, or None without one
-        delays_s: how long the node slept before each command [s]
-    """
-
-    _TOLERANCES = {"throttle": 0.03, "steer": 0.002, "brake": 0.03}
-
-    def __init__(self, node: Node, parameters: dict):
         import rospy
         from nav_msgs.msg import Odometry
         from sdc_package.msg import CarlaVehicleControl, LocalPath
 
-        self.answer: Any = None
-        self._node = node
+        random, parameters = stage.random(self.file), stage.configuration("simple_controller")
+        try:
+            scenes = [Scene(row, random, parameters) for row in self._table["scenes"]]
+        except (TypeError, ValueError, KeyError) as error:
+            return configuration_problem("simple_controller", error)
+        received = node.subscriber(COMMANDS, CarlaVehicleControl)
+        ends = node.publisher(ODOMETRY, Odometry), node.publisher(PATH, LocalPath)
+        stamp, todo, delays_s = rospy.Time.now(), first_of(("2.3",), variant), []
+        for scene in scenes:
+            for _ in range(TICKS):
+                stamp += rospy.Duration(nsecs=STEP_NS)
+                answers = partial(_answers, received.messages, stamp)
+                how = node.send_until(partial(scene.send, ends, stamp), answers)
+                delays_s.append(node.waited_s)
+                if how != "true":
+                    return self.silence_problem(node, how, variant)
+                scene.got = _fields(answers()[0])
+                if scene.is_right():
+                    break
+        for scene in scenes:
+            if not scene.is_right():
+                hint = mistake_in_rows(
+                    lambda change: all(scene.is_right(change) for scene in scenes)
+                )
+                texts = {"wanted": _text(scene.wanted()), "got": _text(scene.got)}
+                found = listed("another_path", todo=todo, what=scene.text, hint=hint, **texts)
+                return self.crash_problem(node, variant) or found
+        return delay_problem(delays_s, todo)
+
+
+class Scene:
+    """A car beside a path: a row of `scenes` of checks.yaml, in which `random` moves the car.
+
+    Attributes:
+        text: what there is, for people
+        got: the last command of the node
+
+    Raises:
+        TypeError, ValueError, KeyError: the controller refuses its parameters
+    """
+
+    _TOLERANCES = {"throttle": 0.03, "steer": 0.002, "brake": 0.03}
+
+    def __init__(self, row: dict, random: Random, parameters: dict):
+        self.text = row["text"]
+        self.got: dict = {}
+        offsets = [random.uniform(-end, end) for end in (0.2, 0.05, 0.02)]
+        self._pose = [sum(pair) for pair in zip(row["pose"], offsets)]
+        self._speed_mps = row["speed_mps"]
+        self._path = path_with(lambda i: float(str(evaluate(row["planned_mps"], {"i": i}))))
         self._parameters = parameters
-        self._received = node.subscriber(COMMANDS, CarlaVehicleControl)
-        self._odometry = node.publisher(ODOMETRY, Odometry)
-        self._path = node.publisher(PATH, LocalPath)
-        self.delays_s: list = []
-        self._tick = rospy.Time.now()
+        self.wanted()
 
-    def play(self, scene: dict) -> str:
-        """Send a scene; return "true" when the command is right, "false" when not.
-
-        Without a command, the result is that of Program.wait_until.
-        """
-        import rospy
+    def send(self, ends: tuple, stamp: rospy.Time) -> None:
+        """Publish the odometry with this stamp, and the path, at these ends."""
         from sdc_package.msg import LocalPath, Waypoint
 
         from sdc_common.ros.odometry import odometry_message
 
-        path = LocalPath([Waypoint(*row) for row in _path(scene)])
-        for _ in range(TICKS):
-            self._tick += rospy.Duration(nsecs=STEP_NS)
-            stamp, before = self._tick, len(self._received.messages)
-            odometry = odometry_message(stamp, scene["pose"], (scene["speed_mps"], 0.0, 0.0))
+        ends[0].publish(odometry_message(stamp, self._pose, (self._speed_mps, 0.0, 0.0)))
+        ends[1].publish(LocalPath([Waypoint(*row) for row in self._path]))
 
-            def send(odometry: Any = odometry) -> None:
-                self._odometry.publish(odometry)
-                self._path.publish(path)
-
-            def answers(stamp: rospy.Time = stamp, before: int = before) -> list:
-                return [
-                    command
-                    for command in self._received.messages[before:]
-                    if command.header.stamp == stamp and not _is_stop(command)
-                ]
-
-            how = self._node.send_until(send, answers)
-            self.delays_s.append(self._node.waited_s)
-            if how != "true":
-                self.answer = None
-                return how
-            self.answer = answers()[0]
-            if self.is_near(_fields(self.answer), scene):
-                return "true"
-        return "false"
-
-    def is_near(self, got: dict, scene: dict, change: Callable[[list], list] = list) -> bool:
-        """Return whether a command is that of the solution, on a path with a change."""
-        wanted = self.wanted(scene, change)
-        near = (abs(got[name] - wanted[name]) < end for name, end in self._TOLERANCES.items())
+    def is_right(self, change: Callable[[list], list] = list) -> bool:
+        """Return whether the command is that of the solution, on a path with a change."""
+        wanted = self.wanted(change)
+        near = (abs(self.got[name] - wanted[name]) < end for name, end in self._TOLERANCES.items())
         return bool(wanted) and all(near)
 
-    def wanted(self, scene: dict, change: Callable[[list], list] = list) -> dict:
-        """Return the command that the solution gives after all ticks of a scene."""
-        motion = *scene["pose"], scene["speed_mps"], change(_path(scene))
+    def wanted(self, change: Callable[[list], list] = list) -> dict:
+        """Return the command that the solution gives after all ticks of the scene."""
+        motion = *self._pose, self._speed_mps, change(self._path)
         answer = controller_answer(*motion, self._parameters)
         return dict(zip(("throttle", "steer", "brake"), answer or ()))
 
 
-def _path(scene: dict) -> list:
-    """Return the rows of a scene's path."""
-    return path_with(lambda i: float(str(evaluate(scene["planned_mps"], {"i": i}))))
+def _answers(messages: list, stamp: rospy.Time) -> list:
+    """Return the commands with a stamp."""
+    with_stamp = [command for command in messages if command.header.stamp == stamp]
+    return [command for command in with_stamp if not _is_stop(command)]
 
 
 def _is_stop(command: Any) -> bool:

@@ -13,7 +13,7 @@ from sdc_common.geometry.route import Route
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_sim.evaluation.ideal_drive import IdealDrive
 from sdc_sim.report.comparison import load_report
-from sdc_workshop.exam.answer import PASSED, WRONG, Answer, listed, wrong
+from sdc_workshop.exam.answer import PASSED, Answer, listed, mistake
 from sdc_workshop.exam.output import crash, last_line, plain
 from sdc_workshop.exam.process import TIMEOUT_S
 from sdc_workshop.exam.stage import Stage
@@ -36,8 +36,8 @@ def _driven(stage: Stage, path: Path, arguments: list, table: dict, road: tuple)
     if stage.sandbox is not None:
         from sdc_workshop.exam.refereed_drive import refereed_drive
 
-        route = {"held_out" if table.get("unseen") else "route": road[0]} if road else {}
-        return 0, refereed_drive(stage, arguments, path, [*table["world"], *traffic], **route)
+        route = (road[0], "unseen" in table) if road else ()
+        return 0, refereed_drive(stage, arguments, path, [*table["world"], *traffic], *route)
     if road:
         arguments = [*arguments, f"waypoints_path:={road[0]}", *traffic]
     stage.master  # noqa: B018  roslaunch uses a master that already runs
@@ -104,11 +104,12 @@ def drive_answer(stage: Stage, table: dict, second: bool = False) -> tuple:
     status, output = _driven(stage, path, arguments, table, road)
     output = plain(output)
     stage.clear()
-    cause, *place = _cause(output, stage.student)
+    cause, file, line = _cause(output, stage.student)
     if not path.is_file():
         seen = f"no end after {DRIVE_TIMEOUT_S:g} s" if status is None else last_line(output)
         hint = f"roslaunch {' '.join(arguments)} shows the whole output."
-        return Answer(WRONG, "a drive along the whole route", cause or seen, hint, *place), None
+        found = mistake("a drive along the whole route", cause or seen, hint)
+        return replace(found, file=file, line=line), None
     report = json.loads(path.read_text(encoding="utf-8"))
     if report["status"] == "completed":
         return Answer(PASSED), report
@@ -119,4 +120,4 @@ def drive_answer(stage: Stage, table: dict, second: bool = False) -> tuple:
         found = listed("drive_error", seen=seen, cause=cause)
     elif report["status"] == "off_route":
         found = replace(found, hint=f"{_first_wrong(path, road)} {found.hint}".strip())
-    return wrong(found, *place), report
+    return replace(found, file=file, line=line), report

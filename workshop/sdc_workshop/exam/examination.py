@@ -9,7 +9,7 @@ from typing import Callable
 
 import yaml
 
-from sdc_workshop.exam.answer import PASSED, WRONG, Answer, answered, encodable, in_full
+from sdc_workshop.exam.answer import PASSED, WRONG, Answer, encodable, in_full, listed, mistake
 from sdc_workshop.exam.camera_check import CameraCheck
 from sdc_workshop.exam.controller_checks import BasicControlCheck, PathFollowingCheck
 from sdc_workshop.exam.drive_answer import drive_answer
@@ -19,11 +19,12 @@ from sdc_workshop.exam.files import hello_answer, workspace_answer
 from sdc_workshop.exam.library_check import LibraryCheck
 from sdc_workshop.exam.planner_checks import LocalPlannerCheck, MissionPlannerCheck
 from sdc_workshop.exam.process import NotJudged
-from sdc_workshop.exam.region_check import RegionCheck
+from sdc_workshop.exam.region_check import RegionCheck, file_answers
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
 from sdc_workshop.regions import RegionError
 from sdc_workshop.steps import LABS, WORKSHOP, Step, hint_of, lesson_folder, load_steps
+from sdc_workshop.student_file import FileError
 
 _NODES = (
     CameraCheck,
@@ -121,7 +122,11 @@ class Examination:
                     if check is not None:
                         return check.answers(together, self.student, self.stage)
                     return {step.id: self._without_region(step)}
-            return {other.id: answered("not_judged") for other in together}
+            return {other.id: listed("not_judged") for other in together}
+        except FileError as error:
+            problem = mistake("a text file in UTF-8 that is complete", error.seen, error.fix)
+            place = {"file": f"src/{step.file}", "line": error.line}
+            return file_answers(together, replace(problem, **place))
         except Exception as error:
             if self.stage.sandbox is None:
                 raise
@@ -137,14 +142,14 @@ class Examination:
         unwritten = [step.id for step in steps if not self._is_written(step)]
         if unwritten:
             more = " and more" if len(unwritten) > 3 else ""
-            return answered("unwritten_steps", names=", ".join(unwritten[:3]) + more)
+            return listed("unwritten_steps", names=", ".join(unwritten[:3]) + more)
         wrong = [
             step.id
             for step in steps
             if step.id in self.answers and self.answers[step.id].status != PASSED
         ]
         if wrong and not self.drive_anyway:
-            return answered("wrong_steps", names=", ".join(wrong), drive=drive.id)
+            return listed("wrong_steps", names=", ".join(wrong), drive=drive.id)
         answer, self.report = drive_answer(self.stage, _tables(drive.lab)["drive"])
         return answer
 

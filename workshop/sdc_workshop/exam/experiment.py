@@ -9,7 +9,7 @@ from pathlib import Path
 
 import yaml
 
-from sdc_workshop.exam.answer import PASSED, Answer, answered
+from sdc_workshop.exam.answer import PASSED, Answer, listed
 from sdc_workshop.steps import FOLDER
 from sdc_workshop.student_file import read_anyway, values
 
@@ -79,21 +79,21 @@ class Experiment:
         prediction = str(_read(self.folder / PREDICTIONS).get(self.id, "")).lower()
         if prediction not in self.choices:
             choices = "  ".join(f"{key}: {text}." for key, text in self.choices.items())
-            return answered(
+            return listed(
                 "no_prediction", id=self.id, seen=prediction or "none", question=self.question,
                 choices=choices,
             )  # fmt: skip
         reports = [_read(self.folder / name) for name in (_BASE, report_name)]
         for name, report in zip((_BASE, report_name), reports):
             if self.metric not in report:
-                return answered("no_experiment", report=name, setting=self.setting)
+                return listed("no_experiment", report=name, setting=self.setting)
         old, new = (report[self.metric] for report in reports)
         names = {"old": old, "new": new, "status": reports[1]["status"]}
         difference = self._difference(report_name)
         if difference is not None:
             return difference
         if not self._is(self.done, names):
-            return answered("same_drive", report=report_name, setting=self.setting)
+            return listed("same_drive", report=report_name, setting=self.setting)
         result = next(key for key, when in self.results.items() if self._is(when, names))
         right = "As predicted." if result == prediction else "Not as predicted."
         return Answer(
@@ -117,7 +117,7 @@ class Experiment:
             node, _, key = name.rpartition("/")
             texts = {"report": report, "name": name, "wanted": wanted, "got": got, "base": _BASE}
             if name not in self.changes:
-                return answered("another_parameter", place=_place(name), **texts)
+                return listed("another_parameter", place=_place(name), **texts)
             others = [
                 other
                 for other, value in drive.items()
@@ -125,7 +125,7 @@ class Experiment:
             ]
             note = f"{others[0]} is {wanted}: it must be in {node}. " if others else ""
             place = _place(name)
-            return answered("same_setting", setting=self.setting, note=note, place=place, **texts)
+            return listed("same_setting", setting=self.setting, note=note, place=place, **texts)
         return None
 
     @staticmethod

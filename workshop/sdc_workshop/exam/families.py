@@ -42,7 +42,9 @@ _MOST_CPU_S = 1.5
 _TRIALS = (1, 2)
 # How often the number is improved: a result that is linear in it needs one step, others few.
 _STEPS = 8
-# An error that is smaller is rounding; the results are compared with 1e-6.
+# Results with a smaller difference are equal.
+TOLERANCE = 1e-6
+# An error that is smaller is rounding.
 _EXACT = 1e-7
 # With a number that is by so much greater, the result must be another one.
 _NEAR = 1e-3
@@ -69,7 +71,6 @@ def sentence(
     module: str,
     results: Results,
     got: list,
-    same: Callable,
     must_be_sure: bool = False,
 ) -> str:
     """Return a sentence about the mistake in a region, or "".
@@ -80,7 +81,6 @@ def sentence(
         module: name of the module
         results: yields what the solution returns in each call, while it may be changed
         got: what the student's lines return in these calls; the first of them is wrong
-        same: compares two results
         must_be_sure: whether all results must be equal, and more of them than a chance allows
     """
     # Many changes give the same yes and no, or the same whole numbers.
@@ -91,7 +91,7 @@ def sentence(
     must_be_sure = must_be_sure or is_vague
     end_s = time.process_time() + _MOST_CPU_S
     best, count, near = "", 0, ""
-    for trial, container, key, new, said in _trials(text, todo, module, results, got, same):
+    for trial, container, key, new, said in _trials(text, todo, module, results, got):
         is_exact = said[0] in _tables()["exact"]
         if is_vague and is_exact:
             continue
@@ -140,11 +140,9 @@ def _trials(text: str, todo: str, module: str, *known: Any) -> Iterator[tuple]:
 class _Trial:
     """Runs a changed function in the place of the solution's: the caller changes its `node`."""
 
-    def __init__(
-        self, function: FunctionType, node: ast.AST, results: Results, got: list, same: Callable
-    ):
+    def __init__(self, function: FunctionType, node: ast.AST, results: Results, got: list):
         self._function, self._node = function, node
-        self._results, self._got, self._same = results, got, same
+        self._results, self._got = results, got
         sizes = (abs(number) for number in _flat(got))
         self._greatest = max((size for size in sizes if size < math.inf), default=0.0)
 
@@ -179,7 +177,7 @@ class _Trial:
         count = 0
         self._function.__globals__[_PASS] = iter(range(_PASSES))
         for mine, theirs in zip(self._got, _quiet(self._results)):
-            count += self._same(mine, theirs)
+            count += same(mine, theirs)
             if not count:
                 return 0
         return count
@@ -217,6 +215,17 @@ class _Trial:
                 errors = np.ravel(np.array(result, float)) - np.ravel(np.array(self._got[0], float))
                 return errors if np.isfinite(errors).all() else None
         return None
+
+
+def same(got: object, wanted: object) -> bool:
+    """Return whether two results are equal but for rounding."""
+    if isinstance(wanted, list):
+        return isinstance(got, list) and len(got) == len(wanted) and all(map(same, got, wanted))
+    if not isinstance(got, (int, float)) or not isinstance(wanted, (int, float)):
+        return got == wanted
+    # NumPy's single precision is right, too.
+    tolerance = TOLERANCE * max(1.0, abs(wanted))
+    return got == wanted or abs(got - wanted) < tolerance or (got != got and wanted != wanted)
 
 
 def _flat(values: Any) -> Iterator[float]:

@@ -7,30 +7,28 @@ what is missing or different in the student's is a problem. checks.yaml lists th
 from __future__ import annotations
 
 import difflib
+import itertools
 import json
 import os
 import re
 import shutil
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Iterator
+from typing import Iterator
 
 import yaml
 
-from sdc_workshop.exam.answer import PASSED, Answer, Problem, answered, listed, wrong
+from sdc_workshop.exam.answer import PASSED, Answer, listed, mistake
 from sdc_workshop.exam.asked import Asked, NoAnswer
 from sdc_workshop.exam.output import last_line
 from sdc_workshop.exam.probes.library_probe import evaluate
-from sdc_workshop.exam.region_check import RegionCheck, unreadable
+from sdc_workshop.exam.region_check import RegionCheck
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
 from sdc_workshop.exam.variant import Variant
 from sdc_workshop.regions import body, regions
-from sdc_workshop.student_file import FileError
-from sdc_workshop.workspace import PACKAGE, SOLUTION
-
-if TYPE_CHECKING:
-    from genmsg import MsgSpec
+from sdc_workshop.workspace import PACKAGE, SOLUTION, solution_text
 
 _PROBES = Path(__file__).with_name("probes")
 _MESSAGE_MISTAKES = Path(__file__).with_name("message_mistakes.yaml")
@@ -52,7 +50,7 @@ class FileCheck(RegionCheck):
 
     def __init__(self, file: str, table: dict):
         self.file = file
-        self._solution = (SOLUTION / file).read_text(encoding="utf-8")
+        self._solution = solution_text(file)
         self.todos = tuple(regions(self._solution))
         self.needs_build = "node" in table
         self._table = table
@@ -66,7 +64,7 @@ class FileCheck(RegionCheck):
                 return [broken]
         return list(getattr(self, f"_{kind}_problems")(variant, stage))
 
-    def _node_problems(self, variant: Variant, stage: Stage) -> Iterator[Problem]:
+    def _node_problems(self, variant: Variant, stage: Stage) -> Iterator[Answer]:
         """Compare nodes and parameters, as roslaunch reads them in the student's environment."""
         folder, name, cases = stage.folder / "launch", Path(self.file).stem, self._table["node"]
         folder.mkdir(exist_ok=True)
@@ -97,7 +95,7 @@ class FileCheck(RegionCheck):
                     command_line, name, got["parameters"], wanted["parameters"]
                 )
 
-    def _includes_problems(self, variant: Variant, stage: Stage) -> Iterator[Problem]:
+    def _includes_problems(self, variant: Variant, stage: Stage) -> Iterator[Answer]:
         """Compare the included files, their arguments and conditions."""
         known = _documented(ElementTree.fromstring(variant.text))
         for todo in variant.judged:
@@ -105,7 +103,7 @@ class FileCheck(RegionCheck):
             for file, include in wanted.items():
                 yield from _include_problems(file, include, got, known, todo)
 
-    def _depends_problems(self, variant: Variant, stage: Stage) -> Iterator[Problem]:
+    def _depends_problems(self, variant: Variant, stage: Stage) -> Iterator[Answer]:
         """Compare the packages in the tags of package.xml."""
         root = ElementTree.fromstring(variant.text)
         given = {
@@ -118,9 +116,9 @@ class FileCheck(RegionCheck):
                 others = [other for other, names in given.items() if name in names]
                 seen = f"{name} only as {', '.join(others)}" if others else f"no {name}"
                 hint = f"{tag} {name} is missing: {self._table['depends'][tag]}."
-                yield Problem(f"<{tag}>{name}</{tag}>", seen, hint, "1")
+                yield mistake(f"<{tag}>{name}</{tag}>", seen, hint, "1")
 
-    def _calls_problems(self, variant: Variant, stage: Stage) -> Iterator[Problem]:
+    def _calls_problems(self, variant: Variant, stage: Stage) -> Iterator[Answer]:
         """Compare the calls of CMakeLists.txt, which record.cmake prints, and configure."""
         path = stage.folder / "cmake" / "CMakeLists.txt"
         path.parent.mkdir(exist_ok=True)
@@ -135,7 +133,7 @@ class FileCheck(RegionCheck):
             yield (
                 _cmake_error(outputs[-1], path)
                 if status is not None
-                else Problem("a file that CMake can read", "CMake does not end", "Is it a loop?")
+                else mistake("a file that CMake can read", "CMake does not end", "Is it a loop?")
             )
             return
         found = _CALL.findall(outputs[-1])
@@ -152,14 +150,16 @@ class FileCheck(RegionCheck):
             # What other words mean, CMake alone knows.
             error, line = configuration_error(stage, variant.text)
             if error:
-                yield listed("cmake_configures", variant.region_of(line), line, error=error)
+                yield listed(
+                    "cmake_configures", line=line, todo=variant.region_of(line), error=error
+                )
 
-    def _call_problems(self, row: dict, calls: list) -> Iterator[Problem]:
+    def _call_problems(self, row: dict, calls: list) -> Iterator[Answer]:
         command, keyword, until = row["command"], row["keyword"], row.get("until", ())
         form = row.get("form", f"{command}({keyword} ...)")
         mine = [words for name, words in calls if name == command]
         if not mine and "absent" in row:
-            yield Problem(form, f"{command} is not called", row["absent"], row["todo"])
+            yield mistake(form, f"{command} is not called", row["absent"], row["todo"])
             return
         text = body(self._solution, row["todo"]).replace(_BIN, _BIN_VALUE)
         region = re.findall(r"[^\s()]+", text)
@@ -170,7 +170,7 @@ class FileCheck(RegionCheck):
         for words in mine:
             if "bare" in row and words and keyword not in words and set(words) & set(right):
                 seen = f"{command}({' '.join(words)})"
-                yield Problem(f"{command}({keyword} NAME ...)", seen, row["bare"], row["todo"])
+                yield mistake(f"{command}({keyword} NAME ...)", seen, row["bare"], row["todo"])
         found = [word for words in mine for word in _after(words, keyword, until)]
         for word in right:
             if word not in found:
@@ -179,7 +179,7 @@ class FileCheck(RegionCheck):
                 name = word.replace(_BIN_VALUE, _BIN)
                 hint = f"{spelt}{name} is missing. {row['why']}"
                 seen = ", ".join(found) or "nothing"
-                yield Problem(f"{name} in {form}", seen, hint, row["todo"])
+                yield mistake(f"{name} in {form}", seen, hint, row["todo"])
 
 
 def configuration_error(stage: Stage, text: str | None = None) -> tuple:
@@ -214,7 +214,7 @@ def _first_cmake_error(output: str) -> str:
     return re.sub(r"^CMake Error (?:at|in) ?", "", first)[:300]
 
 
-def _xml_problem(text: str, kind: str) -> Problem | None:
+def _xml_problem(text: str, kind: str) -> Answer | None:
     """Return why a text is no XML, or None."""
     key = "package_xml" if kind == "depends" else "xml"
     key = "xml_quotes" if set(text) & set("“”‘’„") else key
@@ -225,7 +225,7 @@ def _xml_problem(text: str, kind: str) -> Problem | None:
     return None
 
 
-def _node_problems(command: str, nodes: list, node: dict) -> Iterator[Problem]:
+def _node_problems(command: str, nodes: list, node: dict) -> Iterator[Answer]:
     if not nodes:
         yield listed("no_node", command=command, name=node["name"])
         return
@@ -233,12 +233,12 @@ def _node_problems(command: str, nodes: list, node: dict) -> Iterator[Problem]:
     for key, attribute, why in _ATTRIBUTES:
         right = f'{attribute}="{node[key]}"'
         if mine[key] != node[key]:
-            yield Problem(right, f'{attribute}="{mine[key]}"', f"Write {right}: {why}.", "1")
+            yield mistake(right, f'{attribute}="{mine[key]}"', f"Write {right}: {why}.", "1")
     if mine["output"] != node["output"]:
         yield listed("output", got=mine["output"] or "log")
 
 
-def _parameter_problems(command: str, node: str, got: dict, wanted: dict) -> Iterator[Problem]:
+def _parameter_problems(command: str, node: str, got: dict, wanted: dict) -> Iterator[Answer]:
     """Yield each parameter that is missing or differs."""
     configuration = SOLUTION / PACKAGE / "config" / f"{node}.yaml"
     for name, right in sorted(wanted.items()):
@@ -252,7 +252,7 @@ def _parameter_problems(command: str, node: str, got: dict, wanted: dict) -> Ite
                 file = f"$(find sdc_package)/config/{node}.yaml"
                 how = f'Load it in <node>: <rosparam command="load" file="{file}"/>.'
             seen = f"{near[0]} instead" if near else f"no such parameter after {command}"
-            yield Problem(f"the parameter {name}", seen, f"{key} is missing. {how}", "1")
+            yield mistake(f"the parameter {name}", seen, f"{key} is missing. {how}", "1")
         elif right != got[name]:
             same_type = type(right) is type(got[name])
             texts = {"name": name, "right": json.dumps(right), "got": json.dumps(got[name])}
@@ -285,9 +285,9 @@ def _documented(root: ElementTree.Element) -> set:
 
 def _include_problems(
     file: str, include: tuple, got: dict, known: set, todo: str
-) -> Iterator[Problem]:
+) -> Iterator[Answer]:
     """Yield what is wrong with one <include>; `known` are the arguments of the launch file."""
-    texts = {"todo": todo, "file": file, "short": Path(file).name, "names": ", ".join(include[0])}
+    texts = {"todo": todo, "path": file, "short": Path(file).name, "names": ", ".join(include[0])}
     if file not in got:
         near = difflib.get_close_matches(file, got, 1, 0.6)
         seen = f'file="{near[0]}"' if near else "it is not included"
@@ -325,7 +325,7 @@ def _after(words: list, keyword: str, until: tuple) -> list:
     return found
 
 
-def _cmake_error(output: str, path: Path) -> Problem:
+def _cmake_error(output: str, path: Path) -> Answer:
     text = _first_cmake_error(output.replace(str(path), path.name))
     line = re.search(rf"{re.escape(path.name)}:(\d+)", text)
     key = "cmake_unclosed" if "missing ending" in text else "cmake"
@@ -337,33 +337,44 @@ def message_answer(name: str, hint: str, student: Student) -> Answer:
 
     The hint is for a file that is not written yet.
     """
+    from genmsg import InvalidMsgSpec
+
     file = f"{PACKAGE}/msg/{name}.msg"
-    try:
-        text = student.text(file)
-    except FileError as error:
-        return unreadable(error, f"src/{file}")
+    path = f"src/{file}"
+    text = student.text(file)
     if text is None:
         return _missing_message(name, hint, student)
-    wanted = _fields(_parsed((SOLUTION / file).read_text(encoding="utf-8"), name))
-    lines = [line.split("#")[0].strip() for line in text.splitlines()]
-    if not any(lines):
-        return answered("empty_message", f"src/{file}", count=len(wanted), hint=hint)
-    problem = _syntax_problem(text, name)
-    if problem is None:
-        rows = [number for number, line in enumerate(lines, 1) if line and "=" not in line]
-        problem = _field_problem(_fields(_parsed(text, name)), wanted, rows)
-    return Answer(PASSED) if problem is None else wrong(problem, f"src/{file}", problem.line)
+    wanted = _fields(solution_text(file), name)
+    mine: list = []
+    lines: list = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        try:
+            fields = _fields(line, name)
+        except (InvalidMsgSpec, ValueError) as error:
+            return listed("field_per_line", path, number, text=line.strip(), error=error)
+        mine += fields
+        lines += [number] * len(fields)
+    if not mine:
+        return listed("empty_message", path, count=len(wanted), hint=hint)
+    if mine == wanted:
+        return Answer(PASSED)
+    pairs = enumerate(itertools.zip_longest(mine, wanted))
+    index, own, right = next((index, *pair) for index, pair in pairs if pair[0] != pair[1])
+    line = lines[min(index, len(lines) - 1)]
+    if own is None:
+        return listed("missing_field", path, line, kind=right[0], field=right[1])
+    if right is None:
+        return listed("more_fields", path, line, count=len(wanted), kind=own[0], field=own[1])
+    found = mistake(" ".join(right), " ".join(own), _field_hint(right, own, mine, len(wanted)))
+    return replace(found, file=path, line=line)
 
 
-def _parsed(text: str, name: str) -> MsgSpec:
+def _fields(text: str, name: str) -> list:
+    """Return (type, name) of each field, the type without the package of the message."""
     from genmsg import MsgContext
     from genmsg.msg_loader import load_msg_from_string
 
-    return load_msg_from_string(MsgContext(), text, f"{PACKAGE}/{name}")
-
-
-def _fields(message: MsgSpec) -> list:
-    """Return (type, name) of each field, the type without the package of the message."""
+    message = load_msg_from_string(MsgContext(), text, f"{PACKAGE}/{name}")
     kinds = (
         kind.replace(f"{PACKAGE}/", "").replace("std_msgs/Header", "Header")
         for kind in message.types
@@ -376,40 +387,8 @@ def _missing_message(name: str, hint: str, student: Student) -> Answer:
     there = os.listdir(folder) if folder.is_dir() else []
     near = difflib.get_close_matches(f"{name}.msg", there, 1, 0.8)
     if near and not (SOLUTION / PACKAGE / "msg" / near[0]).is_file():
-        return answered("misspelt_message", f"src/{PACKAGE}/msg/{near[0]}", name=file, near=near[0])
-    return answered("no_file", file, name=file, hint=hint)
-
-
-def _syntax_problem(text: str, name: str) -> Problem | None:
-    from genmsg import InvalidMsgSpec
-
-    for number, line in enumerate(text.splitlines(), start=1):
-        try:
-            _parsed(line, name)
-        except (InvalidMsgSpec, ValueError) as error:
-            return listed("field_per_line", text=line.strip(), error=error, line=number)
-    return None
-
-
-def _field_problem(mine: list, wanted: list, rows: list) -> Problem | None:
-    """Return the first field that differs; `rows` are the lines of the student's fields."""
-    for index, (kind, field) in enumerate(wanted):
-        line = rows[index] if index < len(rows) else (rows[-1] if rows else 1)
-        if index >= len(mine):
-            return listed("missing_field", line=line, kind=kind, field=field)
-        if mine[index] != (kind, field):
-            hint = _field_hint((kind, field), mine[index], mine, len(wanted))
-            return Problem(f"{kind} {field}", " ".join(mine[index]), hint, line=line)
-    if len(mine) > len(wanted):
-        kind, field = mine[len(wanted)]
-        return listed(
-            "more_fields",
-            count=len(wanted),
-            kind=kind,
-            field=field,
-            line=rows[len(wanted)] if len(rows) > len(wanted) else None,
-        )
-    return None
+        return listed("misspelt_message", f"src/{PACKAGE}/msg/{near[0]}", name=file, near=near[0])
+    return listed("no_file", file, name=file, hint=hint)
 
 
 def _field_hint(wanted: tuple, seen: tuple, mine: list, count: int) -> str:

@@ -15,17 +15,17 @@ from typing import Any, Callable, Iterator
 import numpy as np
 
 from sdc_workshop.exam import families
-from sdc_workshop.exam.answer import IN_FULL, Problem, in_full, listed
+from sdc_workshop.exam.answer import IN_FULL, Answer, in_full, listed, mistake
 from sdc_workshop.exam.asked import Asked, NoAnswer, Remote
+from sdc_workshop.exam.families import TOLERANCE, same
 from sdc_workshop.exam.output import last_line
 from sdc_workshop.exam.probes import library_probe
 from sdc_workshop.exam.process import NotJudged
 from sdc_workshop.exam.region_check import RegionCheck
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.variant import Variant
-from sdc_workshop.workspace import solution
+from sdc_workshop.workspace import solution_text
 
-_TOLERANCE = 1e-6
 # A matrix with so many numbers is not printed: the first number that differs is.
 _LARGE = 20
 # What an expression may raise about a result of a student, which has any type and shape.
@@ -73,7 +73,7 @@ class LibraryCheck(RegionCheck):
 
     def _first_wrong(
         self, asked: Asked, given: dict, calls: list, path: Path, variant: Variant
-    ) -> tuple[list, Problem | None]:
+    ) -> tuple[list, Answer | None]:
         """Return what is wrong first in each TODO, and why the calls end before the last, or None.
 
         Each is (problem, whether its hint is sure, results by the number of their row).
@@ -103,10 +103,10 @@ class LibraryCheck(RegionCheck):
             return [*wrong.values()], self._broken(error, asked, path, variant)
         return [*wrong.values()], None
 
-    def _broken(self, error: Exception, asked: Asked, path: Path, variant: Variant) -> Problem:
+    def _broken(self, error: Exception, asked: Asked, path: Path, variant: Variant) -> Answer:
         """Return the problem of a call without a result."""
         if isinstance(error, NoAnswer) and str(error):
-            return Problem("a result", str(error), "Is there a loop that never ends?")
+            return mistake("a result", str(error), "Is there a loop that never ends?")
         output = traceback.format_exc()
         if isinstance(error, NoAnswer):
             output = asked.program.output
@@ -115,16 +115,16 @@ class LibraryCheck(RegionCheck):
             "The check prints its results itself."
         )
         seen = f"it ends without one: {last_line(output)}"
-        return self.exception_problem(output, path, variant) or Problem("a result", seen, hint)
+        return self.exception_problem(output, path, variant) or mistake("a result", seen, hint)
 
-    def _of_usual_arguments(self, todo: str, call: str, got: Any, right: Any) -> Problem:
+    def _of_usual_arguments(self, todo: str, call: str, got: Any, right: Any) -> Answer:
         texts = {"got": _shown("value", got), "right": _shown("value", right)}
         law = in_full(self._laws.get(todo))
-        return listed("usual_arguments", todo, call=call, law=law, **texts)
+        return listed("usual_arguments", todo=todo, call=call, law=law, **texts)
 
     def _explained(
-        self, problem: Problem, is_sure: bool, received: dict, asked: Asked, sets: tuple
-    ) -> Problem:
+        self, problem: Answer, is_sure: bool, received: dict, asked: Asked, sets: tuple
+    ) -> Answer:
         """Return a problem whose hint names the mistake, where the table is not sure of it."""
         hint, _, law = problem.hint.partition(IN_FULL)
         # What a student designs is not our solution with a mistake.
@@ -160,8 +160,7 @@ class LibraryCheck(RegionCheck):
                 # What the solution changes, too, is the state of an object.
                 if any(changed and not allowed for changed, allowed in zip(mine, ours)):
                     return replace(problem, hint=f"{families.CHANGED} {problem.hint}")
-        text = solution(self.file).read_text(encoding="utf-8")
-        known = text, str(problem.todo), self._module, results, got, same
+        known = solution_text(self.file), str(problem.todo), self._module, results, got
         named = families.sentence(*known, must_be_sure=bool(hint))
         hint = f"{named} {hint}".strip() or families.UNKNOWN
         return replace(problem, hint=f"{hint} {in_full(law)}".strip())
@@ -206,7 +205,7 @@ class LibraryCheck(RegionCheck):
             right_text, got_text = _first_difference(right, got) or (right_text, got_text)
         expected = row["expected"].replace("{right}", right_text)
         seen = row.get("seen", "{got}").replace("{got}", got_text or "nothing")
-        problem = Problem(expected, seen, hint.replace("{law}", law), row["todo"])
+        problem = mistake(expected, seen, hint.replace("{law}", law), row["todo"])
         return problem, how == "equal"
 
 
@@ -250,18 +249,7 @@ def _first_difference(right: Any, got: Any) -> list | None:
     shapes = ["{} x {} numbers".format(*matrix.shape) for matrix in matrices if matrix.ndim == 2]
     if matrices[0].shape != matrices[1].shape:
         return shapes if len(shapes) == 2 else None
-    close = np.isclose(*matrices, 0.1 * _TOLERANCE, 0.1 * _TOLERANCE, equal_nan=True)
+    close = np.isclose(*matrices, 0.1 * TOLERANCE, 0.1 * TOLERANCE, equal_nan=True)
     row, column = np.argwhere(~close)[0]
     place = f"{shapes[0]}, in row {row + 1}, column {column + 1}"
     return [f"{place}: {matrix[row, column]:.4g}" for matrix in matrices]
-
-
-def same(got: object, wanted: object) -> bool:
-    """Return whether two results are equal but for rounding."""
-    if isinstance(wanted, list):
-        return isinstance(got, list) and len(got) == len(wanted) and all(map(same, got, wanted))
-    if not isinstance(got, (int, float)) or not isinstance(wanted, (int, float)):
-        return got == wanted
-    # NumPy's single precision is right, too.
-    tolerance = _TOLERANCE * max(1.0, abs(wanted))
-    return got == wanted or abs(got - wanted) < tolerance or (got != got and wanted != wanted)

@@ -65,52 +65,29 @@ class Received:
 
 
 class Node:
-    """A running node.
+    """A running node: its stage, its process and the path of its file.
 
-    Attributes:
-        stage: where it runs
-        program: its process
-        path: its file
-        seen_types: the types of the topics that it publishes, as far as they were asked for
-        waited_s: how long it has slept before its last answer [s]
+    `waited_s` is how long it has slept before its last answer [s].
     """
 
     def __init__(self, stage: Stage, program: Program, path: Path):
         self.stage = stage
         self.program = program
         self.path = path
-        self.seen_types: dict = {}
         self.waited_s = 0.0
+        self._types: dict = {}
         self._ends: list = []
         self._awaited: list = []
 
-    def wait_until(self, condition: Callable[[], object]) -> str:
-        """See Program.wait_until."""
-        return self.program.wait_until(condition)
+    def type_of(self, does: str, topic: str) -> str | None:
+        """Return the type with which it uses a topic, or did when it was asked for first, or None.
 
-    @property
-    def names(self) -> list:
-        """The names under which the master knows it."""
-        published, subscribed, _ = self.stage.state()
-        return sorted(
-            {name for nodes in (*published.values(), *subscribed.values()) for name in nodes}
-        )
-
-    def publishes(self, topic: str) -> str | None:
-        """Return the type with which it publishes a topic, or None; keep it in `seen_types`."""
-        published, _, types = self.stage.state()
-        if topic not in published:
-            return None
-        self.seen_types[topic] = types.get(topic, "?")
-        return self.seen_types[topic]
-
-    def subscribes(self, topic: str) -> str | None:
-        """Return the type with which it subscribes to a topic, or None.
-
-        Call this before the check publishes the topic itself.
+        It "publishes", or "subscribes", which is unknown once the check publishes the topic.
         """
-        _, subscribed, types = self.stage.state()
-        return types.get(topic, "?") if topic in subscribed else None
+        published, subscribed, types = self.stage.state()
+        if topic in (published if does == "publishes" else subscribed):
+            self._types.setdefault((does, topic), types.get(topic, "?"))
+        return self._types.get((does, topic))
 
     def topics(self) -> tuple:
         """Return the topics that it publishes and subscribes to, without those of every node."""

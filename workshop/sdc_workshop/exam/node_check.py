@@ -10,7 +10,7 @@ import difflib
 import re
 from pathlib import Path
 
-from sdc_workshop.exam.answer import Problem, listed
+from sdc_workshop.exam.answer import Answer, listed, mistake
 from sdc_workshop.exam.node import Node, running_node
 from sdc_workshop.exam.output import last_line, warnings
 from sdc_workshop.exam.region_check import RegionCheck
@@ -56,14 +56,14 @@ class NodeCheck(RegionCheck):
         """Return parameters that replace those of the node's configuration."""
         return {}
 
-    def answer_problem(self, node: Node, variant: Variant, stage: Stage) -> Problem | None:
+    def answer_problem(self, node: Node, variant: Variant, stage: Stage) -> Answer | None:
         """Send messages to the node that is connected; return what is wrong with its answers."""
         raise NotImplementedError
 
-    def connection_problem(self, node: Node, variant: Variant) -> Problem | None:
+    def connection_problem(self, node: Node, variant: Variant) -> Answer | None:
         """Return why the node does not start or connect, or None."""
-        how = node.wait_until(
-            lambda: all(getattr(node, does)(topic) for does, topic, _, _ in self.topics)
+        how = node.program.wait_until(
+            lambda: all(node.type_of(does, topic) for does, topic, _, _ in self.topics)
         )
         found = self.start_problem(node, how, variant)
         if found is not None or how == "ended":
@@ -72,11 +72,11 @@ class NodeCheck(RegionCheck):
             found = found or self.topic_problem(node, does, topic, kind, todo)
         return found
 
-    def crash_problem(self, node: Node, variant: Variant) -> Problem | None:
+    def crash_problem(self, node: Node, variant: Variant) -> Answer | None:
         """Return the exception that the node did not catch, or None."""
         return self.exception_problem(node.program.output, node.path, variant)
 
-    def start_problem(self, node: Node, how: str, variant: Variant) -> Problem | None:
+    def start_problem(self, node: Node, how: str, variant: Variant) -> Answer | None:
         """Return why a node did not get ready, or None where that is unknown.
 
         `how` is the result of Program.wait_until.
@@ -93,17 +93,18 @@ class NodeCheck(RegionCheck):
             if name == f"/{self.node_name}":
                 return listed("unknown_parameter", parameter=parameter)
             return self._name_problem(name if name not in ("", "/unnamed") else None)
-        names = node.names
+        uses = [nodes for topics in node.stage.state()[:2] for nodes in topics.values()]
+        names = sorted({name for nodes in uses for name in nodes})
         if names and names != [f"/{self.node_name}"]:
             return self._name_problem(names[0])
         return None
 
-    def _name_problem(self, name: str | None) -> Problem:
+    def _name_problem(self, name: str | None) -> Answer:
         texts = {"node_name": self.node_name, "right": f'rospy.init_node("{self.node_name}")'}
         key = "no_name" if name is None else "node_name"
         return listed(key, todo=self.init_todo, name=name, **texts)
 
-    def ended_problem(self, node: Node, variant: Variant) -> Problem:
+    def ended_problem(self, node: Node, variant: Variant) -> Answer:
         """Return why a node ended that must keep running."""
         return self.start_problem(node, "ended", variant) or listed(
             "node_ended",
@@ -114,11 +115,9 @@ class NodeCheck(RegionCheck):
 
     def topic_problem(
         self, node: Node, does: str, topic: str, kind: str, todo: str
-    ) -> Problem | None:
+    ) -> Answer | None:
         """Return why the node does not use a topic as a row of `topics` says, or None."""
-        got = getattr(node, does)(topic)
-        if does == "publishes":
-            got = got or node.seen_types.get(topic)
+        got = node.type_of(does, topic)
         if got in (kind, "?"):
             return None
         published, subscribed = node.topics()
@@ -135,25 +134,25 @@ class NodeCheck(RegionCheck):
             key, got = "no_topic", ", ".join(own or mine) or "nothing"
         return listed(f"{does}_{key}", todo=todo, topic=topic, kind=kind, got=got)
 
-    def silence_problem(self, node: Node, how: str, variant: Variant) -> Problem:
+    def silence_problem(self, node: Node, how: str, variant: Variant) -> Answer:
         """Return why a connected node does not answer; `how` is as in Program.wait_until."""
         found = self.crash_problem(node, variant)
         if found is not None:
             return found
         if how == "busy":
-            return Problem(self.answer, "a callback never returns", _ENDLESS_LOOP)
+            return mistake(self.answer, "a callback never returns", _ENDLESS_LOOP)
         logged = warnings(node.program.output)[-1:]
         for text in logged:
             for row in self._table.get("refused", ()):
                 if row["todo"] in variant.judged and row.get("word", "") in text:
                     seen = f"the node logs: {text}"
-                    return Problem(row["expected"], seen, row["hint"], row["todo"])
+                    return mistake(row["expected"], seen, row["hint"], row["todo"])
         rows = [row for row in self._table["silent"] if row["todo"] in self.todos]
         row = next((row for row in rows if row["todo"] in variant.judged), rows[-1])
-        return Problem(row.get("expected", self.answer), row["seen"], row["hint"], row["todo"])
+        return mistake(row.get("expected", self.answer), row["seen"], row["hint"], row["todo"])
 
 
-def delay_problem(delays_s: list, todo: str | None) -> Problem | None:
+def delay_problem(delays_s: list, todo: str | None) -> Answer | None:
     """Return the problem of a node that sleeps before nearly all answers, or None."""
     delay_s = sorted(delays_s)[:_PROMPT_ANSWERS][-1]
     if delay_s < _PROMPT_S:
@@ -166,7 +165,7 @@ def first_of(todos: tuple, variant: Variant) -> str | None:
     return next((todo for todo in todos if todo in variant.judged), None)
 
 
-def configuration_problem(name: str, error: Exception) -> Problem:
+def configuration_problem(name: str, error: Exception) -> Answer:
     """Return the problem of a configuration that the solution cannot use either."""
     seen = f"{type(error).__name__}: {error}"
     return listed("configuration", name=name, seen=seen, right=SOLUTION / PACKAGE / "config")

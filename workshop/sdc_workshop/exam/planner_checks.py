@@ -5,14 +5,17 @@ from __future__ import annotations
 import contextlib
 import math
 import signal
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from random import Random
 from typing import Any, Callable, Sequence
 
+import numpy as np
 import psutil
 import yaml
 
-from sdc_workshop.exam.answer import Problem, listed
+from sdc_workshop.exam.answer import Answer, listed, mistake
 from sdc_workshop.exam.node import Node, running_node
 from sdc_workshop.exam.node_check import NodeCheck, configuration_problem, delay_problem, first_of
 from sdc_workshop.exam.output import warnings
@@ -57,63 +60,60 @@ class MissionPlannerCheck(NodeCheck):
     todos = tuple("12345678")
     init_todo = "2"
     needs = ("BaseWaypoint", "Path")
+    topics = (("publishes", MISSION, f"{PACKAGE}/Path", "3"),)
     answer = f"the mission on {MISSION}"
 
     def problems(self, variant: Variant, stage: Stage) -> list:
         """See RegionCheck.problems."""
-        found = self._problem(variant, stage)
-        if found is None and "5" in variant.judged:
-            found = self._refusal_problem(variant, stage)
-        return [found] if found is not None else []
+        found = super().problems(variant, stage)
+        if not found and "5" in variant.judged:
+            found = self._refusal_problems(variant, stage)
+        return found
 
-    def _problem(self, variant: Variant, stage: Stage) -> Problem | None:
-        path, random = stage.folder / "mission.csv", stage.random(self.file)
+    def _route(self, stage: Stage) -> list:
+        """Return the points of the file, in CARLA coordinates."""
+        random = stage.random(self.file)
         bend = random.uniform(0.2, 0.6)
-        points = [
+        return [
             (round(10.0 + 3 * i + random.random(), 3), round(1.0 + bend * i * i, 3))
             for i in range(5)
         ]
-        rows = [f"{x},{y}" for x, y in points]
-        path.write_text("\n".join(["x,y", *rows, ""]), encoding="utf-8")
-        kind = f"{PACKAGE}/Path"
-        with running_node(stage, variant, {"waypoints_path": str(path)}) as node:
-            how = _settled(node, node.wait_until(lambda: node.publishes(MISSION)))
-            if node.seen_types.get(MISSION, kind) != kind:
-                return self.topic_problem(node, "publishes", MISSION, kind, "3")
-            if how == "true":
-                return self._mission_problem(node, variant, [(x, -y) for x, y in points])
-            found = self.start_problem(node, how, variant)
-            if found is None and how == "ended":
-                found = self._ended(node, variant)
-            return found or self.topic_problem(node, "publishes", MISSION, kind, "3")
 
-    def _mission_problem(self, node: Node, variant: Variant, route: list) -> Problem | None:
+    def parameters(self, stage: Stage) -> dict:
+        """See NodeCheck.parameters."""
+        path = stage.folder / "mission.csv"
+        rows = [f"{x},{y}" for x, y in self._route(stage)]
+        path.write_text("\n".join(["x,y", *rows, ""]), encoding="utf-8")
+        return {"waypoints_path": str(path)}
+
+    def answer_problem(self, node: Node, variant: Variant, stage: Stage) -> Answer | None:
         """Return what is wrong with the mission that the node publishes, or None."""
         from sdc_package.msg import Path
 
         received = node.subscriber(MISSION, Path)
-        how = _settled(node, node.wait_until(lambda: received.messages))
+        how = _settled(node, node.program.wait_until(lambda: received.messages))
+        if how == "ended":
+            return self.ended_problem(node, variant)
         if how != "true":
             found = self.start_problem(node, how, variant)
-            if found is not None or how == "ended":
-                return found or self._ended(node, variant)
-            if "published a route" in node.program.output and "3" in variant.judged:
-                return listed("late_subscriber")
-            return self.silence_problem(node, how, variant)
+            if found is None and "published a route" in node.program.output:
+                found = listed("late_subscriber") if "3" in variant.judged else None
+            return found or self.silence_problem(node, how, variant)
         points = [(point.x, point.y) for point in received.messages[-1].waypoints]
+        route = [(x, -y) for x, y in self._route(stage)]
         problem = rows_problem(points, route, "the waypoints of the file")
         if problem is not None:
             return self._points(problem, variant, points)
         if not received.latched:
             return listed("not_latched")
-        how = _settled(node, node.wait_until(lambda: False))
+        how = _settled(node, node.program.wait_until(lambda: False))
         if how == "ended":
-            return self._ended(node, variant)
+            return self.ended_problem(node, variant)
         found = self.crash_problem(node, variant)
         return found or (self._waiting_problem(node, how) if "8" in variant.judged else None)
 
     @staticmethod
-    def _waiting_problem(node: Node, how: str) -> Problem | None:
+    def _waiting_problem(node: Node, how: str) -> Answer | None:
         """Return what is wrong with how the node waits: without work, and until Ctrl-C."""
         if how == "busy":
             return listed("busy_loop")
@@ -122,45 +122,48 @@ class MissionPlannerCheck(NodeCheck):
         return listed("endless_loop") if node.program.wait(_SHUTDOWN_S) is None else None
 
     @staticmethod
-    def _points(problem: Problem, variant: Variant, points: list) -> Problem:
+    def _points(problem: Answer, variant: Variant, points: list) -> Answer:
         if "4" in variant.judged and "6" not in variant.judged:
             return listed("another_file", seen=f"another route of {len(points)} points")
         todo = first_of(("6", "5", "7"), variant)
         if not points and todo == "5":
             hint = "Assign the result of load_waypoints(waypoints_path) to self.waypoints."
-            return Problem(problem.expected, "an empty path", hint, "5")
-        return Problem(problem.expected, problem.seen, problem.hint, todo)
+            return mistake(problem.expected, "an empty path", hint, "5")
+        return replace(problem, todo=todo)
 
-    def _ended(self, node: Node, variant: Variant) -> Problem:
-        found = self.crash_problem(node, variant)
-        if found is not None or node.program.status != 0:
+    def ended_problem(self, node: Node, variant: Variant) -> Answer:
+        """See NodeCheck.ended_problem."""
+        if self.crash_problem(node, variant) is None:
+            if node.program.status == 0:
+                return listed("ended")
             if variant.judged == ("4",) and "cannot be read" in node.program.output:
                 return listed("another_file", seen="a file that is not there")
-            return found or self.ended_problem(node, variant)
-        return listed("ended")
+        return super().ended_problem(node, variant)
 
-    def _refusal_problem(self, variant: Variant, stage: Stage) -> Problem | None:
+    def _refusal_problems(self, variant: Variant, stage: Stage) -> list:
+        """Return what is wrong with how the node refuses a bad file."""
         path = stage.folder / "bad.csv"
         path.write_text(_BAD_FILE, encoding="utf-8")
         with running_node(stage, variant, {"waypoints_path": str(path)}) as node:
             # A ROS node takes a while to end, during which it only waits.
-            results = (node.wait_until(lambda: False) for _ in range(4))
+            results = (node.program.wait_until(lambda: False) for _ in range(4))
             how = next((how for how in results if how != "idle"), "idle")
-            output = node.program.output
-            if "Traceback" in output:
-                last = output.rpartition("During handling of the above exception")[2]
-                found = self.exception_problem(last, node.path, variant)
-                if found is not None and not found.seen.split(":")[0].endswith("WaypointError"):
-                    return found
-                return listed("bad_file_traceback")
-            if how == "ended" and node.program.status == 1 and f"{path}, row 3" in output:
-                return None
+            output, status = node.program.output, node.program.status
+        if "Traceback" in output:
+            last = output.rpartition("During handling of the above exception")[2]
+            found = self.exception_problem(last, node.path, variant)
+            if found is not None and not found.seen.split(":")[0].endswith("WaypointError"):
+                return [found]
+            return [listed("bad_file_traceback")]
+        if how != "ended":
             seen = f"it continues, although row 3 of the file is '{_BAD_FILE.splitlines()[2]}'"
-            if how == "ended":
-                seen = f"it ends with status {node.program.status}"
-                if node.program.status == 1:
-                    seen = "its output does not say that row 3 of the file is bad"
-            return listed("bad_file", seen=seen)
+        elif status != 1:
+            seen = f"it ends with status {status}"
+        elif f"{path}, row 3" not in output:
+            seen = "its output does not say that row 3 of the file is bad"
+        else:
+            return []
+        return [listed("bad_file", seen=seen)]
 
 
 def _settled(node: Node, how: str) -> str:
@@ -168,8 +171,8 @@ def _settled(node: Node, how: str) -> str:
 
     A ROS node first unregisters its topics, then waits for its threads, and ends after that.
     """
-    published = MISSION in node.seen_types
-    unregistered = how == "idle" and published and node.publishes(MISSION) is None
+    has_published = node.type_of("publishes", MISSION) is not None
+    unregistered = how == "idle" and has_published and MISSION not in node.topics()[0]
     return "ended" if unregistered and node.program.wait(_SHUTDOWN_S) is not None else how
 
 
@@ -188,7 +191,7 @@ class LocalPlannerCheck(NodeCheck):
     )
     answer = "a path ahead for each odometry"
 
-    def answer_problem(self, node: Node, variant: Variant, stage: Stage) -> Problem | None:
+    def answer_problem(self, node: Node, variant: Variant, stage: Stage) -> Answer | None:
         """See NodeCheck.answer_problem."""
         from carla_msgs.msg import CarlaTrafficLightInfoList
         from nav_msgs.msg import Odometry
@@ -209,36 +212,23 @@ class LocalPlannerCheck(NodeCheck):
             return configuration_problem("local_planner", error)
         ends[0].publish(Path([BaseWaypoint(x, y) for x, y in scenes[0].mission]))
         ends[1].publish(scenes[-1].lights)
-        answers = []
+        answers: list = []
         for scene in scenes:
             before = len(received.messages)
-
-            def send(scene: Scene = scene) -> None:
-                for end, message in zip(ends[2:], scene.messages()):
-                    end.publish(message)
-
-            def rows(before: int = before) -> list:
-                return [
-                    [(point.x, point.y, point.v) for point in message.waypoints]
-                    for message in received.messages[before:]
-                ]
-
-            def answered(scene: Scene = scene, rows: Callable = rows) -> bool:
-                # The first answer may be that to the scene before.
-                return len(rows()) >= 2 and scene.is_right(rows()) or len(rows()) >= _WRONG_ANSWERS
-
-            how = node.send_until(send, answered)
-            answers.append(rows())
-            if not rows():
-                return self._refused(node, variant, scene) or self.silence_problem(
-                    node, how, variant
-                )
+            how = node.send_until(
+                partial(scene.send, ends[2:]), partial(scene.is_decided, received.messages, before)
+            )
+            answers.append(paths(received.messages[before:]))
+            if not answers[-1]:
+                found = self._refused(node, variant, scene)
+                return found or self.silence_problem(node, how, variant)
         found = self._rows_problem(scenes, answers, first_of(("8", "7", "4"), variant))
         if found is not None:
             return self.crash_problem(node, variant) or found
-        return delay_problem(node.delays_s(send, received.messages), first_of(("8", "7"), variant))
+        delays_s = node.delays_s(partial(scenes[-1].send, ends[2:]), received.messages)
+        return delay_problem(delays_s, first_of(("8", "7"), variant))
 
-    def _rows_problem(self, scenes: list, answers: list, todo: str | None) -> Problem | None:
+    def _rows_problem(self, scenes: list, answers: list, todo: str | None) -> Answer | None:
         """Return what is wrong with the rows of all messages about each scene, or None."""
         for scene, got in zip(scenes, answers):
             parts = [rows for rows in got if 0 < len(rows) < len(scene.wanted)]
@@ -251,15 +241,15 @@ class LocalPlannerCheck(NodeCheck):
         found = rows_problem(got, wrong[0].wanted, "the path ahead", "x, y, v")
         assert found is not None
         hint = self._mistake(todo, list(zip(scenes, answers))) or found.hint
-        return Problem(f"{wrong[0].text}: {found.expected}", found.seen, hint, todo)
+        return mistake(f"{wrong[0].text}: {found.expected}", found.seen, hint, todo)
 
-    def _refused(self, node: Node, variant: Variant, scene: Scene) -> Problem | None:
+    def _refused(self, node: Node, variant: Variant, scene: Scene) -> Answer | None:
         """Return the problem of a planner that refuses what a known mistake gives, or None."""
         todo = first_of(("7", "4"), variant)
         for text in warnings(node.program.output)[-1:]:
             hint = self._mistake(todo, [(scene, [text])])
             if hint:
-                return Problem(self.answer, f"the node logs: {text}", hint, todo)
+                return mistake(self.answer, f"the node logs: {text}", hint, todo)
         return None
 
     def _mistake(self, todo: str | None, received: list) -> str:
@@ -297,6 +287,11 @@ def _route(random: Random) -> list:
     return points
 
 
+def paths(messages: list) -> list:
+    """Return the rows x, y, v of each path."""
+    return [[(point.x, point.y, point.v) for point in path.waypoints] for path in messages]
+
+
 class Scene:
     """A car near s_m [m] on the route, with an obstacle or a red light ahead of it.
 
@@ -311,7 +306,6 @@ class Scene:
     """
 
     def __init__(self, stage: Stage, random: Random, s_m: float, text: str):
-        import numpy as np
         from carla_msgs.msg import CarlaTrafficLightInfo, CarlaTrafficLightInfoList
         from geometry_msgs.msg import Pose
 
@@ -344,7 +338,18 @@ class Scene:
         self.lights = CarlaTrafficLightInfoList([light] if has_light else [])
         self.wanted = self._plan(self._search.first_ahead(*self._car[:2]), *self._car)
 
-    def messages(self) -> list:
+    def send(self, ends: list) -> None:
+        """Publish the obstacles and the odometry of this time at these ends."""
+        for end, message in zip(ends, self._messages()):
+            end.publish(message)
+
+    def is_decided(self, messages: list, before: int) -> bool:
+        """Return whether the answers after the first ones are right, or wrong often enough."""
+        got = paths(messages[before:])
+        # The first answer may be that to the scene before.
+        return len(got) >= 2 and self.is_right(got) or len(got) >= _WRONG_ANSWERS
+
+    def _messages(self) -> list:
         """Return the obstacles and the odometry of this time."""
         import rospy
         from carla_msgs.msg import CarlaTrafficLightStatus
@@ -371,8 +376,6 @@ class Scene:
 
     def planned(self, change: Callable[[list], list]) -> list:
         """Return the rows of the solution on the mission with a change."""
-        import numpy as np
-
         from sdc_package.local_planner import LocalPlanner
         from sdc_package.waypoint_search import WaypointSearch
 
@@ -415,7 +418,7 @@ class Scene:
         from sdc_package.local_planner import LocalPlanner
         from sdc_package.traffic_lights import TrafficLightMonitor
 
-        message = self.messages()[0]
+        message = self._messages()[0]
         planner = LocalPlanner(self._points if points is None else points, self._settings)
         lights = TrafficLightMonitor(self._settings.traffic_lights)
         lights.lines = stop_lines(self.lights)
@@ -457,7 +460,7 @@ def mistake_in_rows(explains: Callable[[Callable[[list], list]], bool]) -> str:
     return found[0] if len({*found}) == 1 else ""
 
 
-def rows_problem(got: list, wanted: list, what: str, columns: str = "x, y") -> Problem | None:
+def rows_problem(got: list, wanted: list, what: str, columns: str = "x, y") -> Answer | None:
     """Return what is wrong with rows of numbers, or None; the texts name the rows for people."""
     if _equal(got, wanted):
         return None
@@ -475,14 +478,11 @@ def rows_problem(got: list, wanted: list, what: str, columns: str = "x, y") -> P
     else:
         seen = f"{len(got)} rows, the first {_row(got[0])}"
     expected = f"{what}: {len(wanted)} rows {columns}, the first {_row(wanted[0])}"
-    return Problem(expected, seen, hint or "Compare the numbers: what causes the first difference?")
+    return mistake(expected, seen, hint or "Compare the numbers: what causes the first difference?")
 
 
 def _equal(a: Sequence, b: Sequence) -> bool:
-    return len(a) == len(b) and all(
-        len(p) == len(q) and all(abs(x - y) < _TOLERANCE for x, y in zip(p, q))
-        for p, q in zip(a, b)
-    )
+    return np.shape(a) == np.shape(b) and np.allclose(a, b, 0.0, _TOLERANCE)
 
 
 def _row(row: Sequence[float]) -> str:

@@ -10,6 +10,7 @@ all.launch starts the student's nodes; the world's launch files that it includes
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
 import os
 import secrets
@@ -55,8 +56,8 @@ def refereed_drive(
     arguments: list,
     report: Path,
     world: Sequence[str] = (),
-    held_out: Path | None = None,
     route: Path = ROUTE,
+    is_unseen: bool = False,
 ) -> str:
     """Drive, and write the report.
 
@@ -69,10 +70,8 @@ def refereed_drive(
         arguments: package and launch file of the student, and arguments
         report: file of the report; without a command to the car it is not written
         world: further launch arguments of the world
-        held_out: waypoint file of the road, which the car drives without knowing it; it arrives
-            when it passes the end
-        route: without held_out, the waypoint file of the road, which the car finds in the place of
-            the packaged one
+        route: waypoint file of the road, which the car finds in the place of the packaged one
+        is_unseen: whether the car does not know the road; it arrives when it passes the end
 
     Returns:
         the output with a line of the result
@@ -82,18 +81,18 @@ def refereed_drive(
     folder.mkdir(exist_ok=True)  # the second attempt of a drive that was not judged
     log = stage.hidden / f"events_{report.parent.name}"
     log.write_text("", encoding="ascii")
-    world = [*world, f"waypoints_path:={held_out or route}"]
+    world = [*world, f"waypoints_path:={route}"]
     with _world(stage, log, world) as simulator, log.open(encoding="ascii") as events:
-        own_report = stage.sandbox.scratch(stage.folder) / "report.json"
+        own_report = stage.folder / "tmp" / "report.json"
         replaced = {
             _WORLD_LAUNCH / name: _without_nodes(folder, name)
             for name in ("sim.launch", "referee.launch")
         }
-        if route != ROUTE:
+        if route != ROUTE and not is_unseen:
             replaced[ROUTE] = route
         command = ["roslaunch", "--skip-log-check", *arguments, f"report:={own_report}"]
         with stage.start(command, stage.environment(), replaced=replaced) as stack:
-            referee = _Referee(stage, events, held_out or route, held_out is not None)
+            referee = _Referee(stage, events, route, is_unseen)
             referee.watch(simulator, stack)
             with contextlib.suppress(psutil.Error):
                 if os.path.lexists(f"/proc/{stack.main.pid}/root{own_report}"):
@@ -114,20 +113,14 @@ def _world(stage: Stage, log: Path, more: Sequence[str]) -> Program:
     world = Program(command, environment, stage.folder)
     limit = time.monotonic() + START_TIMEOUT_S
     needed = {_SIMULATOR, _CAMERA} if "camera:=true" in more else {_SIMULATOR}
-    while not needed <= _publishers(stage):
+    while True:
+        published = stage.state()[0]
+        if "/clock" in published and needed <= {*itertools.chain(*published.values())}:
+            return world
         if world.status is not None or time.monotonic() > limit:
             world.end()
             raise NotJudged(f"the simulator does not start: {world.output[-500:]}")
         time.sleep(_POLL_S)
-    return world
-
-
-def _publishers(stage: Stage) -> set:
-    """Return the nodes that publish, once the simulator publishes its clock."""
-    published = stage.state()[0]
-    return (
-        {node for nodes in published.values() for node in nodes} if "/clock" in published else set()
-    )
 
 
 def _without_nodes(folder: Path, name: str) -> Path:
@@ -157,7 +150,7 @@ def packaged_rules(finish_at_rest: bool) -> EvaluationRules:
 class _Referee:
     """Evaluates a drive from the file that the simulator writes."""
 
-    def __init__(self, stage: Stage, events: IO, route: Path, is_held_out: bool):
+    def __init__(self, stage: Stage, events: IO, route: Path, is_unseen: bool):
         from sdc_package.msg import Path as Mission
 
         from sdc_workshop.exam.node import Received
@@ -168,14 +161,13 @@ class _Referee:
         self._commands = 0
         # As in the messages, whose numbers have 32 bits.
         self._route = points_as_sent(load_waypoints(str(route)))
-        self._evaluator = Evaluator(packaged_rules(finish_at_rest=not is_held_out))
-        self._is_held_out = is_held_out
+        self._evaluator = Evaluator(packaged_rules(finish_at_rest=not is_unseen))
+        self._is_unseen = is_unseen
         self._evaluator.set_route(self._route)
         self._missions = Received(_MISSION, Mission)
         self._world_topics = {
             topic for topic, nodes in stage.state()[0].items() if {_SIMULATOR, _CAMERA} & {*nodes}
         } - {"/rosout", "/tf"}
-        self._reported: set = set()
 
     def watch(self, world: Program, stack: Program) -> None:
         """Follow the drive to its end."""
@@ -188,7 +180,7 @@ class _Referee:
                     count, stall_s = self._commands, time.monotonic() + STALL_S
                     idle, start_s = 0, 0.0
                 if world.status is not None:
-                    self._report("the simulator was ended by another program")
+                    self._stage.report("the simulator was ended by another program")
                     return
                 if self._evaluator.over or stack.status is not None:
                     return
@@ -226,18 +218,15 @@ class _Referee:
         """Report nodes that use the truth or publish as the simulator, and another mission."""
         published, subscribed, _ = self._stage.state()
         for node in subscribed.get(GROUND_TRUTH, ()):
-            self._report(f"{node} subscribes to {GROUND_TRUTH}, which is for the referee alone")
+            text = f"{node} subscribes to {GROUND_TRUTH}, which is for the referee alone"
+            self._stage.report(text)
         for topic in sorted(self._world_topics):
             others = set(published.get(topic, ())) - {_SIMULATOR, _CAMERA}
             for node in sorted(others):
-                self._report(f"{node} publishes {topic} in the place of the simulator")
+                self._stage.report(f"{node} publishes {topic} in the place of the simulator")
         for mission in self._missions.messages[:1]:
             points = [(point.x, point.y) for point in mission.waypoints]
             known = np.array_equal(np.reshape(points, (-1, 2)), self._route)
-            if not known and not self._is_held_out:
-                self._report("another mission is published; the drive is measured on the route")
-
-    def _report(self, text: str) -> None:
-        if text not in self._reported:
-            self._reported.add(text)
-            self._stage.report(text)
+            if not known and not self._is_unseen:
+                text = "another mission is published; the drive is measured on the route"
+                self._stage.report(text)

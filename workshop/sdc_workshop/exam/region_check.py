@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from sdc_workshop.exam import typical
 from sdc_workshop.exam.answer import (
     PASSED,
     UNFINISHED,
-    WRONG,
     Answer,
-    Problem,
-    answered,
     in_full,
     listed,
-    wrong,
+    mistake,
 )
 from sdc_workshop.exam.families import UNKNOWN
 from sdc_workshop.exam.output import Crash, crash, meaning
@@ -23,8 +21,7 @@ from sdc_workshop.exam.student import NotBuilt, Student
 from sdc_workshop.exam.variant import Variant, make
 from sdc_workshop.regions import RegionError, body, is_written, regions, template
 from sdc_workshop.steps import all_steps, hint_of
-from sdc_workshop.student_file import FileError
-from sdc_workshop.workspace import PACKAGE, PROJECT, UPDATE, solution
+from sdc_workshop.workspace import PACKAGE, PROJECT, UPDATE, solution_text
 
 BUILD = (
     "In the folder of your workspace: `catkin_make`, then `source devel/setup.bash` in this "
@@ -32,10 +29,10 @@ BUILD = (
 )
 
 
-def unreadable(error: FileError, file: str) -> Answer:
-    """Return the answer to a step whose file Python or ROS cannot read."""
-    problem = Problem("a text file in UTF-8 that is complete", error.seen, error.fix)
-    return wrong(problem, file, error.line)
+def file_answers(steps: list, answer: Answer) -> dict:
+    """Return the answers to the steps of a file with a problem of the whole file, by step id."""
+    later = listed("fix_first", answer.file, answer.line, first=steps[0].id)
+    return {step.id: answer if step is steps[0] else later for step in steps}
 
 
 class RegionCheck:
@@ -56,7 +53,7 @@ class RegionCheck:
         """
         raise NotImplementedError
 
-    def syntax_problem(self, variant: Variant) -> Problem | None:
+    def syntax_problem(self, variant: Variant) -> Answer | None:
         """Return why Python cannot parse the file, or None."""
         if not self.file.endswith(".py"):
             return None
@@ -66,13 +63,12 @@ class RegionCheck:
         except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
             line = getattr(error, "lineno", None)
             found = Crash(f"{type(error).__name__}: {getattr(error, 'msg', error)}", line)
-            lines = variant.text.split("\n")
-            shown = lines[line - 1].strip() if line and line <= len(lines) else ""
+            shown = (getattr(error, "text", None) or "").strip()
             error = f"{found.error}{': ' + shown if shown else ''}"
             return listed("syntax", line=line, error=error, meaning=meaning(found))
         return None
 
-    def exception_problem(self, output: str, path: Path, variant: Variant) -> Problem | None:
+    def exception_problem(self, output: str, path: Path, variant: Variant) -> Answer | None:
         """Return the exception that the program in the file `path` did not catch, or None."""
         found = crash(output, path)
         if found is None:
@@ -81,14 +77,12 @@ class RegionCheck:
         place = f", in `{shown}`" if shown else ""
         if found.library_line and shown:
             place += f" (raised in {found.library_line})"
-        return Problem(
-            f"{path.name} runs without an error",
-            f"{found.error[:300]}{place}",
-            meaning(found),
-            variant.region_of(found.line) if found.line else None,
-            found.line,
-            True,
-        )
+        hint = meaning(found)
+        for todo in variant.judged if len(variant.judged) == 1 else ():
+            hint = f"{hint} {in_full(hint_of(self._step(todo)).hint)}"
+        expected, seen = f"{path.name} runs without an error", f"{found.error[:300]}{place}"
+        region = variant.region_of(found.line) if found.line else None
+        return replace(mistake(expected, seen, hint, region), line=found.line)
 
     def written(self, text: str, todo: str) -> bool:
         """Return whether the student has begun with a region."""
@@ -97,23 +91,21 @@ class RegionCheck:
         return is_written(text, todo)
 
     def answers(self, steps: list, student: Student, stage: Stage) -> dict:
-        """Return the answers to some steps of this file, by step id."""
-        path = f"src/{self.file}"
+        """Return the answers to some steps of this file, by step id.
+
+        Raises:
+            FileError: Python or ROS cannot read the file
+        """
+        path, text = f"src/{self.file}", student.text(self.file)
+        if text is None:
+            return file_answers(steps, listed("missing_file", path, name=path, update=UPDATE))
         try:
-            text = student.text(self.file)
-            if text is None:
-                return self._all(steps, answered("missing_file", path, name=path, update=UPDATE))
-            regions(text)
-        except FileError as error:
-            return self._all(steps, unreadable(error, path))
+            moved = set(regions(text)) - set(regions(solution_text(self.file)))
         except RegionError as error:
-            line = str(error).split()[1].rstrip(":") if str(error).startswith("line ") else None
-            place = path, int(line) if line else None
-            return self._all(steps, answered("todo_lines", *place, error=error))
-        moved = set(regions(text)) - set(regions(solution(self.file).read_text(encoding="utf-8")))
+            return file_answers(steps, listed("todo_lines", path, error.line, error=error))
         if moved:
-            answer = answered("other_version", path, number=min(moved), update=UPDATE)
-            return self._all(steps, answer)
+            answer = listed("other_version", path, number=min(moved), update=UPDATE)
+            return file_answers(steps, answer)
         answers, begun = self._begun(steps, text)
         waits = self._waits(student) if begun else None
         if waits is not None:
@@ -122,7 +114,7 @@ class RegionCheck:
             try:
                 answers.update(self._judge(begun, text, stage))
             except NotBuilt as error:
-                answer = answered("not_built", seen=error, build=BUILD)
+                answer = listed("not_built", seen=error, build=BUILD)
                 answers.update({step.id: answer for step in begun})
         return answers
 
@@ -132,7 +124,7 @@ class RegionCheck:
         answers, begun = {}, []
         for step in steps:
             if step.todo not in found:
-                answers[step.id] = answered("no_todo", path, number=step.todo, update=UPDATE)
+                answers[step.id] = listed("no_todo", path, number=step.todo, update=UPDATE)
             elif not self.written(text, step.todo):
                 region = found[step.todo]
                 seen, hint = "nothing is written there yet", in_full(hint_of(step.id).hint)
@@ -140,11 +132,6 @@ class RegionCheck:
             else:
                 begun.append(step)
         return answers, begun
-
-    @staticmethod
-    def _all(steps: list, answer: Answer) -> dict:
-        later = answered("fix_first", answer.file, answer.line, first=steps[0].id)
-        return {step.id: answer if step is steps[0] else later for step in steps}
 
     def _waits(self, student: Student) -> Answer | None:
         """Return what must be built before the file can run, or None."""
@@ -159,16 +146,14 @@ class RegionCheck:
                 seen = (
                     "the message file has changed since the build" if built else "it is not built"
                 )
-                return answered("message_class", message=message, seen=seen, hint=hint)
+                return listed("message_class", message=message, seen=seen, hint=hint)
         return None
 
     def _judge(self, steps: list, text: str, stage: Stage) -> dict:
         """Check the steps together; where that fails, each alone."""
-        path = f"src/{self.file}"
         outside = self.syntax_problem(self._variant(text, ()))
         if outside is not None:
-            problem = self._outside(text, outside)
-            return self._all(steps, wrong(problem, path, self._changed_line(text)))
+            return file_answers(steps, self._outside(text, outside))
         answers, sound = {}, []
         for step in steps:
             alone = self._variant(text, (step.todo,))
@@ -183,22 +168,16 @@ class RegionCheck:
         found = self.problems(together, stage)
         if not found:
             return {**answers, **{step.id: Answer(PASSED) for step in sound}}
-        if len(sound) == 1:
-            answers[sound[0].id] = self._blame(together, sound[0].todo, found, text, stage)
-            return answers
         for step in sound:
             variant = self._variant(text, (step.todo,))
-            problems = self.problems(variant, stage)
-            answers[step.id] = (
-                self._blame(variant, step.todo, problems, text, stage)
-                if problems
-                else Answer(PASSED)
-            )
+            problems = found if len(sound) == 1 else self.problems(variant, stage)
+            answers[step.id] = Answer(PASSED)
+            if problems:
+                answers[step.id] = self._blame(variant, step.todo, problems, text, stage)
         if all(answers[step.id].status == PASSED for step in sound):
             step = next((step for step in sound if step.todo == found[0].todo), sound[0])
-            texts = {"expected": found[0].expected, "seen": found[0].seen, "hint": found[0].hint}
-            problem = listed("not_together", line=found[0].line, **texts)
-            answers[step.id] = self._wrong(together, step.todo, problem)
+            hint = listed("not_together", hint=found[0].hint).hint
+            answers[step.id] = self._wrong(together, step.todo, replace(found[0], hint=hint))
         return answers
 
     def _variant(self, text: str, judged: tuple) -> Variant:
@@ -206,41 +185,37 @@ class RegionCheck:
 
     def _blame(self, variant: Variant, todo: str, found: list, text: str, stage: Stage) -> Answer:
         """Return the answer to the step that causes these problems."""
-        if template(text) != template(solution(self.file).read_text(encoding="utf-8")):
+        if template(text) != template(solution_text(self.file)):
             outside = self.problems(self._variant(text, ()), stage)
             if outside:
-                problem = self._outside(text, outside[0])
-                return wrong(problem, f"src/{self.file}", self._changed_line(text))
+                return self._outside(text, outside[0])
         own = next((problem for problem in found if problem.todo == todo), found[0])
         return self._wrong(variant, todo, own)
 
-    def _wrong(self, variant: Variant, todo: str, problem: Problem) -> Answer:
+    def _wrong(self, variant: Variant, todo: str, problem: Answer) -> Answer:
         hint = problem.hint
-        region = regions(variant.text)[todo]
-        if problem.is_error:
-            hint = f"{hint} {in_full(hint_of(self._step(todo)).hint)}"
         if self.file.endswith(".py"):
-            right = body(solution(self.file).read_text(encoding="utf-8"), todo)
+            right, region = body(solution_text(self.file), todo), regions(variant.text)[todo]
             found = typical.mistakes(body(variant.text, todo), region, right)
-            hint = " ".join([*found, hint.replace(UNKNOWN, "") if found else hint]).strip()
+            hint = " ".join([*found, hint.replace(UNKNOWN, "") if found else hint])
         line = variant.student_line(problem.line, todo)
-        return Answer(WRONG, problem.expected, problem.seen, hint, f"src/{self.file}", line)
+        return replace(problem, hint=hint.strip(), file=f"src/{self.file}", line=line)
 
     def _step(self, todo: str) -> str:
         return next(step.id for step in all_steps() if (step.file, step.todo) == (self.file, todo))
 
-    def _outside(self, text: str, problem: Problem) -> Problem:
-        line = self._changed_line(text) or problem.line
-        near = f", near line {line}" if line else ""
+    def _outside(self, text: str, problem: Answer) -> Answer:
+        changed = self._changed_line(text)
+        near = f", near line {changed or problem.line}" if changed or problem.line else ""
         hint = (
             f"The error is outside of your TODOs{near}: a given line was changed. {UPDATE} "
             f"restores it, and keeps your TODOs. {problem.hint}"
         )
-        return Problem(problem.expected, problem.seen, hint, line=problem.line)
+        return replace(problem, hint=hint, file=f"src/{self.file}", line=changed)
 
     def _changed_line(self, text: str) -> int | None:
         """Return the first line outside of all regions that differs from the template, from 1."""
-        given = template(solution(self.file).read_text(encoding="utf-8"))
+        given = template(solution_text(self.file))
         for (index, line), (_, original) in zip(_outside_lines(text), _outside_lines(given)):
             if line != original:
                 return index + 1

@@ -127,14 +127,9 @@ class Sandbox:
         """Start a program; see `command` and Program. It is ended when it meets a limit."""
         inner = self.command(command, environment, folder, **options)
         started = Program(inner, dict(os.environ), stdin=stdin)
-        started.watch = Watch(started, self.scratch(folder), self.report)
+        started.watch = Watch(started, folder / "tmp", self.report)
         started.watch.start()
         return started
-
-    @staticmethod
-    def scratch(folder: Path) -> Path:
-        """Return the only folder that a program can write; its files end with the program."""
-        return folder / "tmp"
 
     def command(
         self,
@@ -149,10 +144,13 @@ class Sandbox:
         With `building`, it may write the folders build and devel of the workspace. `replaced` are
         files that it sees in the place of others, by their paths.
         """
-        scratch, forbidden = self.scratch(folder), self.workspace.parent / "forbidden.bpf"
+        # The only folder that a program can write; its files end with the program.
+        scratch = folder / "tmp"
+        forbidden = self.workspace.parent / "forbidden.bpf"
         if not forbidden.exists():
             write_filter(forbidden)
         places = (replaced or {}).items()
+        built = [self.workspace / name for name in ("build", "devel")]
         own = {**environment, "HOME": str(scratch), "TMPDIR": str(scratch), "USER": "student"}
         inner = [
             *system(),
@@ -164,7 +162,7 @@ class Sandbox:
             *in_memory(scratch),
             *in_memory(self.workspace),
             *bound("--ro-bind", self.workspace / "src"),
-            *bound("--bind" if building else "--ro-bind", *_built(self.workspace)),
+            *bound("--bind-try" if building else "--ro-bind-try", *built),
             *(word for path, by in places for word in ("--ro-bind", str(by), str(path))),
             *("--remount-ro", "/", "--remount-ro", "/dev"),
             *("--chdir", str(self.workspace if building else folder), "--"),
@@ -177,7 +175,3 @@ class Sandbox:
         ]
         opened = ["sh", "-c", 'exec "$@" 9<"$0"', str(forbidden), *inner]
         return entering(os.environ.get(GROUP), opened)
-
-
-def _built(workspace: Path) -> list:
-    return [workspace / name for name in ("build", "devel") if (workspace / name).is_dir()]

@@ -25,7 +25,7 @@ from sdc_workshop.regions import RegionError
 from sdc_workshop.steps import all_steps
 from sdc_workshop.student_file import FileError, values
 from sdc_workshop.temporary import temporary_folder
-from sdc_workshop.workspace import PACKAGE, SOLUTION, WORLD, solution
+from sdc_workshop.workspace import PACKAGE, SOLUTION, WORLD, solution_text
 
 if TYPE_CHECKING:
     from rosmaster.master import Master
@@ -63,8 +63,6 @@ class Stage:
         self._secret = secret
         self.seed = seed or secrets.token_hex(4)
         self._closing = contextlib.ExitStack()
-        self._master: Master | None = None
-        self._display: VirtualDisplay | bool | None = None
 
     def __enter__(self) -> Stage:
         self.folder, self.hidden = (
@@ -79,52 +77,43 @@ class Stage:
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._master is not None:
-            import rospy
-
-            rospy.signal_shutdown("the check has ended")
-            self._master.stop()
         self._closing.close()
 
-    @property
+    @functools.cached_property
     def master(self) -> Master:
         """The master; it is started at the first use."""
-        if self._master is None:
-            os.environ.update(
-                ROS_IP="127.0.0.1",
-                ROS_HOME=str(self.folder / "ros"),
-                ROS_LOG_DIR=str(self.folder / "ros" / "log"),
-            )
-            os.environ.pop("ROS_HOSTNAME", None)
-            from rosmaster.master import Master
+        os.environ.update(
+            ROS_IP="127.0.0.1",
+            ROS_HOME=str(self.folder / "ros"),
+            ROS_LOG_DIR=str(self.folder / "ros" / "log"),
+        )
+        os.environ.pop("ROS_HOSTNAME", None)
+        from rosmaster.master import Master
 
-            limit_requests(self.report)
-            # The kernel chooses the port, which no drive chooses for a master that it starts later.
-            self._master = Master(port=0)
-            self._master.start()
-            port = self._master.uri.rstrip("/").rpartition(":")[2]
-            self._master.uri = f"http://127.0.0.1:{port}"
-            os.environ["ROS_MASTER_URI"] = self._master.uri
-            import rospy
+        limit_requests(self.report)
+        # The kernel chooses the port, which no drive chooses for a master that it starts later.
+        master = Master(port=0)
+        master.start()
+        self._closing.callback(master.stop)
+        port = master.uri.rstrip("/").rpartition(":")[2]
+        os.environ["ROS_MASTER_URI"] = master.uri = f"http://127.0.0.1:{port}"
+        import rospy
 
-            rospy.init_node(NAME[1:], argv=[], disable_signals=True, disable_rosout=True)
-            for name in ("rosout", "rospy", "rosmaster"):
-                logging.getLogger(name).setLevel(logging.CRITICAL + 1)
-        return self._master
+        rospy.init_node(NAME[1:], argv=[], disable_signals=True, disable_rosout=True)
+        self._closing.callback(rospy.signal_shutdown, "the check has ended")
+        for name in ("rosout", "rospy", "rosmaster"):
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+        return master
 
-    @property
+    @functools.cached_property
     def display(self) -> VirtualDisplay | None:
         """A virtual display; None where its programs are not installed."""
-        if self._display is None:
-            from sdc_testing.virtual_display import VirtualDisplay
+        from sdc_testing.virtual_display import VirtualDisplay
 
-            try:
-                if shutil.which("xdotool") is None:
-                    raise FileNotFoundError("xdotool")
-                self._display = self._closing.enter_context(VirtualDisplay(800, 600))
-            except OSError:
-                self._display = False
-        return self._display or None
+        with contextlib.suppress(OSError):
+            if shutil.which("xdotool") is not None:
+                return self._closing.enter_context(VirtualDisplay(800, 600))
+        return None
 
     def random(self, name: str) -> Random:
         """Return the random numbers of the check with this name, which the seed decides about."""
@@ -151,7 +140,7 @@ class Stage:
 
     def _ros_environment(self) -> dict:
         return {
-            "ROS_MASTER_URI": self.master.uri if self._master is not None else "http://127.0.0.1:1",
+            "ROS_MASTER_URI": self.master.uri if "master" in vars(self) else "http://127.0.0.1:1",
             "ROS_IP": "127.0.0.1",
             "ROS_HOME": str(self.folder / "tmp" / "ros"),
             "ROS_LOG_DIR": str(self.folder / "tmp" / "ros" / "log"),
@@ -187,34 +176,29 @@ class Stage:
 
         Return the path of the file, and the PYTHONPATH that finds the library.
         """
-        # The other TODOs are solved there: no program sees what an earlier one needed.
         self.forget_build()
-        folder = self.folder / "run"
-        name_of_package = Path(variant.name).parts[0]
-        package, library = folder / "python" / name_of_package, folder / "library"
-        package.mkdir(parents=True)
-        own = self.student.src / name_of_package / "src" / name_of_package
+        folder, name_of_package = self.folder / "run", Path(variant.name).parts[0]
+        root = f"{name_of_package}/src/{name_of_package}/"
+        own, package = self.student.src / root, folder / "python" / name_of_package
         if own.is_dir():
-            ignored = shutil.ignore_patterns("__pycache__")
-            shutil.copytree(own, library, ignore=ignored)
-        files = library_files(name_of_package)
-        root = f"{name_of_package}/src/{name_of_package}"
-        for name in files:
-            path = library / Path(name).relative_to(root)
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(
-                variant.text if name == variant.name else self._solved(name), encoding="utf-8"
-            )
-        package.joinpath("__init__.py").write_text(
-            f"__path__ = {[str(library), str(self.student.built_python(name_of_package))]!r}\n",
-            encoding="utf-8",
-        )
-        if variant.name in files:
-            path = library / Path(variant.name).relative_to(root)
-        else:
-            path = folder / Path(variant.name).name
-            path.write_text(variant.text, encoding="utf-8")
-        return path, f"{package.parent}:{self.environment()['PYTHONPATH']}"
+            shutil.copytree(own, package, ignore=shutil.ignore_patterns("__pycache__"))
+        files = {str(step.file) for step in all_steps() if step.todo}
+        library = {name for name in files if name.startswith(root)}
+        # The other TODOs are solved there: no program sees what an earlier one needed.
+        texts = {name: self._solved(name) for name in library - {variant.name}}
+        texts[variant.name] = variant.text
+        messages = str(self.student.built_python(name_of_package))
+        texts[f"{root}__init__.py"] = f"__path__.append({messages!r})\n"
+
+        def path_of(name: str) -> Path:
+            in_library = name.startswith(root)
+            return package / name[len(root) :] if in_library else folder / Path(name).name
+
+        for name, text in texts.items():
+            path_of(name).parent.mkdir(parents=True, exist_ok=True)
+            path_of(name).write_text(text, encoding="utf-8")
+        python_path = f"{package.parent}:{self.environment()['PYTHONPATH']}"
+        return path_of(variant.name), python_path
 
     def forget_build(self) -> None:
         """Delete what `build` has written."""
@@ -226,7 +210,7 @@ class Stage:
             text = self.student.text(name)
             if text:
                 return make_variant(name, text, ()).text
-        return solution(name).read_text(encoding="utf-8")
+        return solution_text(name)
 
     def program(self, command: Sequence[object], **environment: str) -> Program:
         """Start a command in the student's environment."""
@@ -278,14 +262,3 @@ class Stage:
             mine = {*manager.publishers.map, *manager.subscribers.map}
             for topic in set(handler.topics_types) - mine:
                 del handler.topics_types[topic]
-
-
-def library_files(package: str = PACKAGE) -> list:
-    """Return the files of a package's library with regions, relative to the src folder."""
-    return sorted(
-        {
-            step.file
-            for step in all_steps()
-            if step.todo and (step.file or "").startswith(f"{package}/src/{package}/")
-        }
-    )

@@ -171,23 +171,13 @@ def controller_answer(
     return None if command is None else [command.throttle, command.steer, command.brake]
 
 
-_HELPERS = (
-    controller_answer,
-    digests,
-    marked,
-    part,
-    path_with,
-    pid_outputs,
-    road,
-    speed_of,
-    symmetric,
-    tried,
-    unchanged,
-    yaw_of,
+_OWN = (
+    *(controller_answer, digests, marked, part, path_with, pid_outputs, road, speed_of),
+    *(symmetric, tried, unchanged, yaw_of),
 )
 HELPERS = {
     **{name: getattr(np, name) for name in _NUMPY},
-    **{helper.__name__: helper for helper in _HELPERS},
+    **{helper.__name__: helper for helper in _OWN},
 }
 
 
