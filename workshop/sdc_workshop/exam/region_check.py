@@ -157,7 +157,8 @@ class RegionCheck:
         answers, sound = {}, []
         for step in steps:
             alone = self._variant(text, (step.todo,))
-            problem = self.syntax_problem(alone)
+            refused = (found for found in self._typical(alone, step.todo) if found.expected)
+            problem = self.syntax_problem(alone) or next(refused, None)
             if problem is not None:
                 answers[step.id] = self._wrong(alone, step.todo, problem)
             else:
@@ -193,13 +194,17 @@ class RegionCheck:
         return self._wrong(variant, todo, own)
 
     def _wrong(self, variant: Variant, todo: str, problem: Answer) -> Answer:
-        hint = problem.hint
-        if self.file.endswith(".py"):
-            right, region = body(solution_text(self.file), todo), regions(variant.text)[todo]
-            found = typical.mistakes(body(variant.text, todo), region, right)
-            hint = " ".join([*found, hint.replace(UNKNOWN, "") if found else hint])
+        found = [known.hint for known in self._typical(variant, todo) if not known.expected]
+        hint = " ".join([*found, problem.hint.replace(UNKNOWN, "") if found else problem.hint])
         line = variant.student_line(problem.line, todo)
         return replace(problem, hint=hint.strip(), file=f"src/{self.file}", line=line)
+
+    def _typical(self, variant: Variant, todo: str) -> list:
+        """Return what typical.yaml knows about a region of a Python file; see typical.mistakes."""
+        if not self.file.endswith(".py"):
+            return []
+        right, region = body(solution_text(self.file), todo), regions(variant.text)[todo]
+        return typical.mistakes(body(variant.text, todo), region, right)
 
     def _step(self, todo: str) -> str:
         return next(step.id for step in all_steps() if (step.file, step.todo) == (self.file, todo))

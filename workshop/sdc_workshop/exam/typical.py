@@ -1,4 +1,4 @@
-"""Find typical mistakes in the text of a region; they explain why a step may be wrong."""
+"""Find typical mistakes in the text of a region, which explain why a step may be, or is, wrong."""
 
 from __future__ import annotations
 
@@ -10,21 +10,26 @@ from pathlib import Path
 
 import yaml
 
+from sdc_workshop.exam.answer import mistake
 from sdc_workshop.regions import Region
 
 _TABLE = Path(__file__).with_name("typical.yaml")
 
 
 def mistakes(text: str, region: Region, solution: str) -> list:
-    """Return sentences about typical mistakes in the body of a region, which has this solution."""
+    """Return answers about typical mistakes in the body of a region, which has this solution.
+
+    Those with `expected` make the step wrong, the others are hints alone.
+    """
     lines = [line for line in text.split("\n") if line.strip() and line.strip()[0] != "#"]
     code = re.sub(f"^{region.indent}", "", "\n".join(lines), flags=re.MULTILINE)
     found = []
     for row in yaml.safe_load(_TABLE.read_text(encoding="utf-8")):
         match = re.search(row["pattern"], f"{region.until_then or ''}\n{code}", re.MULTILINE)
         if match and re.search(row.get("solution", ""), solution):
-            found.append(row["text"].format(*match.groups()))
-    return found + _not_called(text)
+            hint, seen = row["text"].format(*match.groups()), match[0].split("\n")[0].strip()
+            found.append(mistake(row.get("expected", ""), seen, hint, region.number))
+    return found + [mistake("", "", hint) for hint in _not_called(text)]
 
 
 def _not_called(text: str) -> list:
