@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-import os
 
 import numpy as np
 import pytest
@@ -149,9 +148,6 @@ def test_resumed_planner_searches_the_whole_route_for_a_car_far_away():
     assert local.s_m == pytest.approx(200.0)
 
 
-TOWN = os.path.join(
-    os.path.dirname(os.path.abspath(__file__)), "..", "..", "sdc_common", "data", "waypoints.csv"
-)
 LIGHT = 7
 
 

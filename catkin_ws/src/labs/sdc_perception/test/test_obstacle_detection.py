@@ -54,7 +54,7 @@ def test_car_behind_a_pole_is_one(finder, render, body, light):
 
 
 @pytest.mark.parametrize("brightness", [1.0, 0.25])
-def test_empty_road_has_no_body(finder, render, body, brightness):
+def test_empty_road_has_no_body(finder, render, brightness):
     assert finder.find(render(brightness=brightness)) == []
 
 
