@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any, Callable, Mapping
 
 from sdc_common.configuration import node_config
 from sdc_common.validation import check_non_negative, suggestion
 from sdc_package.planner_settings import PlannerSettings
+
+# Maximum yaw rate, which limits the speed in bends tighter than those of any route for students
+# [rad/s]. Above 0.95, nuPlan calls it uncomfortable, and steering adds a sixth.
+_YAW_RATE_RADPS = 0.8
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,8 @@ class StreetSettings:
         weights_m = sections.pop("score")
         spaces = {name: SimpleNamespace(**section) for name, section in sections.items()}
         planner, score_function = PlannerSettings.read(parameter), parameter("score_function")
+        limits = replace(planner.limits, yaw_rate_radps=_YAW_RATE_RADPS)
+        planner = replace(planner, limits=limits)
         return cls(planner, weights_m=weights_m, score_function=score_function, **spaces)
 
     @property

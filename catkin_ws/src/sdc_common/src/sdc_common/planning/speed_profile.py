@@ -12,8 +12,6 @@ from sdc_common.validation import check_positive
 # In a bend the curvature varies a little, and with it the speed. Above this share of the speed that
 # a point itself allows, braking and acceleration are no reasons.
 _NEARLY = 0.98
-# Maximum yaw rate [rad/s]: above 0.95, nuPlan calls it uncomfortable, and steering adds a sixth.
-_YAW_RATE_RADPS = 0.8
 
 
 @dataclass(frozen=True)
@@ -26,13 +24,15 @@ class SpeedLimits:
     braking_mps2: float  # maximum deceleration [m/s^2]
     # Maximum rate of lateral acceleration, may be infinite [m/s^3]
     lateral_jerk_mps3: float = math.inf
+    yaw_rate_radps: float = math.inf  # maximum yaw rate, may be infinite [rad/s]
     # Target speed on the first point, which a car at rest needs to set off [m/s]
     start_mps: float = 0.5
 
     def __post_init__(self):
         limits = dict(vars(self))
-        if self.lateral_jerk_mps3 == math.inf:
-            del limits["lateral_jerk_mps3"]
+        for name in ("lateral_jerk_mps3", "yaw_rate_radps"):
+            if limits[name] == math.inf:
+                del limits[name]
         check_positive(**limits)
 
 
@@ -62,7 +62,7 @@ def limited_speeds(
     """
     curvature = np.abs(curvature_1pm)
     some = np.maximum(curvature, 1e-9)
-    bend = np.minimum(np.sqrt(limits.lateral_mps2 / some), _YAW_RATE_RADPS / some)
+    bend = np.minimum(np.sqrt(limits.lateral_mps2 / some), limits.yaw_rate_radps / some)
     change = np.abs(np.gradient(curvature_1pm, s_m))
     turn = np.cbrt(limits.lateral_jerk_mps3 / np.maximum(change, 1e-9))
     lateral = np.minimum(bend, turn)
