@@ -33,10 +33,9 @@ _FARTHEST_M = 2.4
 # A line that is farther from the curve leads around something [m].
 _AROUND_CURVE_M = 4.0
 _STEP_M = 0.5
-# So much of the lanes before and behind a connection decides whether a car can drive it [m].
+# A road before and behind a connection is as long as a car needs to follow it [m]: what depends on
+# further connections, a mission avoids.
 _AROUND_M = 20.0
-# At most so many lanes before or behind a lane are looked at.
-_BRANCHES = 3
 # A shorter line in a junction, and one between lanes that are closer to each other, is as long as
 # its errors.
 _SHORTEST_M = 0.5
@@ -134,7 +133,7 @@ def without_bends(lanes: Sequence[RoadLane], findings: Findings) -> list[RoadLan
             _add_bend(findings, lane.id, place_m)
         for name in lane.successors:
             through = list(_through(known, name))
-            if through and not _is_drivable(known, lane, through):
+            if through and not _is_drivable(lane, through):
                 refused.add((lane.id, name))
                 _add_bend(findings, f"{lane.id} to {through[-1].id}", lane.points_m[-1])
     return [
@@ -162,33 +161,17 @@ def _through(lanes: Mapping[str, RoadLane], name: str) -> Iterator[RoadLane]:
         name = lanes[name].successors[0] if lanes[name].junction and lanes[name].successors else ""
 
 
-def _is_drivable(lanes: Mapping[str, RoadLane], lane: RoadLane, through: list[RoadLane]) -> bool:
-    """Return whether a car can drive from a lane over others, by one way before and behind them."""
-    for before in _around(lanes, lane, "predecessors", _AROUND_M):
-        for behind in _around(lanes, through[-1], "successors", _AROUND_M):
-            way = [*before[::-1], *through[:-1], *behind]
-            points = np.vstack([part.points_m for part in way])
-            s = arc_lengths(points)
-            firsts = np.cumsum([len(part.points_m) for part in way[:-1]])
-            first = len(before) - 1
-            begin, end = s[firsts[first] - 1], s[firsts[first + len(through) - 1]]
-            line = drivable_line(points, s[[*firsts, *(firsts - 1)]])
-            if not any(begin - _CHORD_M <= place <= end + _CHORD_M for place in line.lost_m):
-                return True
-    return False
-
-
-def _around(
-    lanes: Mapping[str, RoadLane], lane: RoadLane, side: str, length_m: float
-) -> Iterator[list[RoadLane]]:
-    """Return ways over lanes of a length, from a lane on or back to it."""
-    names = [name for name in getattr(lane, side) if name in lanes]
-    if lane.length_m >= length_m or not names:
-        yield [lane]
-        return
-    for name in names[:_BRANCHES]:
-        for way in _around(lanes, lanes[name], side, length_m - max(lane.length_m, 1.0)):
-            yield [lane, *way]
+def _is_drivable(lane: RoadLane, through: list[RoadLane]) -> bool:
+    """Return whether a car can drive from a lane over others, straight before and behind them."""
+    lines = [part.points_m for part in (lane, *through)]
+    start_m = lines[0][0] - _AROUND_M * _direction(lines[0][:2])
+    end_m = lines[-1][-1] + _AROUND_M * _direction(lines[-1][-2:])
+    points = np.vstack([start_m, *lines, end_m])
+    s = arc_lengths(points)
+    firsts = 1 + np.cumsum([len(line) for line in lines[:-1]])
+    begin, end = s[firsts[0] - 1], s[firsts[-1]]
+    lost_m = drivable_line(points, s[[*firsts, *(firsts - 1)]]).lost_m
+    return not any(begin - _CHORD_M <= place_m <= end + _CHORD_M for place_m in lost_m)
 
 
 def joint(before: np.ndarray, after: np.ndarray, lines: Iterable[np.ndarray]) -> np.ndarray:
