@@ -10,7 +10,6 @@ from sdc_common.geometry.route import Route
 from sdc_experiments.closed_loop import car_with, drive_result
 from sdc_experiments.configuration import node_parameters
 from sdc_experiments.map_drives import had_emergency, main, seeds_of
-from sdc_experiments.slow_traffic import seconds_behind
 from sdc_map.global_planner import GlobalPlanner
 from sdc_map.lane_graph import LaneGraph, NoRouteError
 from sdc_map.network_file import load_network
@@ -255,17 +254,3 @@ def test_emergency_is_one_that_comes_late_into_the_way(
         snapshots.append(SimpleNamespace(state=car, obstacles=[other]))
         x, speed = x + 0.05 * speed, speed - 0.05 * braking_mps2
     assert had_emergency(route, snapshots, lambda _: is_first) == expected
-
-
-@pytest.mark.parametrize(
-    ("left_m", "speed_mps", "expected_s"), [(0.0, 4.0, 1.5), (2.5, 4.0, 0.0), (0.0, 0.2, 0.0)]
-)
-def test_time_behind_a_slow_one_ends_when_the_car_is_past_it(left_m, speed_mps, expected_s):
-    car = SimpleNamespace(x_m=0.0, y_m=0.0, yaw_rad=0.0)
-    snapshots = []
-    for tick in range(8):
-        x = 20.0 if tick in (2, 3, 4) else -5.0
-        one = SimpleNamespace(id=7, x_m=x, y_m=left_m, yaw_rad=0.0, speed_mps=speed_mps)
-        stamp_ns = tick * 500_000_000
-        snapshots.append(SimpleNamespace(state=car, obstacles=[one], stamp_ns=stamp_ns))
-    assert seconds_behind(snapshots) == pytest.approx(expected_s)

@@ -93,7 +93,7 @@ def place(name: str, network: Network, seed: int) -> Placement:
     Raises:
         ValueError: there is no such type, or no place for it
     """
-    table = {**types(), **packaged_config("street_scenarios")["others"]}
+    table = types()
     if name not in table:
         fix = suggestion(name, table, f"the types are {', '.join(sorted(table))}")
         raise ValueError(f"street_scenario: unknown type '{name}'; {fix}")
