@@ -114,3 +114,15 @@ def test_car_that_passes_one_waits_with_room_before_the_next_one():
     stream = [Other(70.0 + 22.0 * n, WIDTH_M, -6.0, 10 + n) for n in range(12)]
     rows = drive(two_way(), [*cones, *stream], 90.0)
     assert rows[:, 3].min() < 0.5 and rows[-1, 1] > 150.0
+
+
+def test_car_stops_behind_one_on_its_pass_where_the_route_leads_over_the_place_again():
+    turn = np.linspace(-0.5, 0.5, 60, endpoint=False)[:, None] * np.pi
+    right = (70.0, 15.0) + 15.0 * np.hstack([np.cos(turn), np.sin(turn)])
+    left = (0.0, 15.15) - 14.85 * np.hstack([np.cos(turn), np.sin(turn)])
+    back = np.column_stack([np.arange(70.0, 0.0, -1.0), np.full(70, 30.0)])
+    again = straight(70.0) + (0.0, 0.3)
+    points_m = np.vstack([straight(70.0), right, back, left, again])
+    planner = new_planner(two_way(), points_m, keeps_route=True)
+    path = planner.plan(seen_at(40.0, 0.0, 8.0, [Other(62.0, 0.3).at(0.0)]))
+    assert min(mps for *_, mps in path.points) == 0.0 and planner.reason == "obstacle"

@@ -112,10 +112,9 @@ def decide(scene: StreetScene, predictor: Predictor, score: Score, keeps_route: 
     elif len(leaders):
         first = leaders[others.s_m[0, leaders].argmin()]
         reason, detail = OBSTACLE, name_of(others.user[first])
-    way_mps = result.speed_mps[:, best]
     # The car stops where it would become so slow.
-    way_mps = np.where(brakes_hard | (way_mps < AT_REST_MPS), 0.0, way_mps)
-    speeds = result.s_m[:, best], way_mps
+    stops = brakes_hard | (result.speed_mps[:, best] < AT_REST_MPS)
+    speeds = result.s_m[:, best], np.where(stops, 0.0, result.speed_mps[:, best])
     return Decision(chosen, *speeds, reason, detail, bool(brakes_hard), found, scored)
 
 

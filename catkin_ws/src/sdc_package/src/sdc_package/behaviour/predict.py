@@ -60,11 +60,11 @@ class Predictor:
 
     def place_of(self, user: DetectedObstacle) -> LanePlace | None:
         """Return the place of a vehicle that drives along its lane, else None."""
+        if user.length_m < VEHICLE_M:
+            return None
         if user not in self._places:
-            place = None
-            if user.length_m >= VEHICLE_M:
-                pose = user.x_m, user.y_m, user.yaw_rad
-                place = self._further(user) or self.network.nearest(*pose, _LANE_M, user.z_m)
+            pose = user.x_m, user.y_m, user.yaw_rad
+            place = self._further(user) or self.network.nearest(*pose, _LANE_M, user.z_m)
             is_along = place is not None and abs(place.heading_error_rad) < ALONG_RAD
             self._places[user] = place if is_along else None
         return self._places[user]
@@ -101,7 +101,7 @@ class Predictor:
         self._places = {}
         motions = np.array(poses).reshape(-1, 5, STEPS).transpose(1, 2, 0)
         seen_users = [scene.obstacles[number] for number in users]
-        along = scene.road.along(scene.sight_m, motions, seen_users)
+        along = scene.road.along(scene.s_m, scene.sight_m, motions, seen_users)
         left_mps = (along.y_m[1] - along.y_m[0]) / STEP_S
         near = np.abs(along.beside_m) < seen.beside_m + along.half_width_m
         keep = near.any(axis=0)
@@ -145,15 +145,13 @@ def reaching(scene: StreetScene, s_m: float) -> Iterator[tuple[int, DetectedObst
             yield number, user
 
 
-def travels(
-    scene: StreetScene, user: DetectedObstacle, mps2: float
-) -> tuple[np.ndarray, np.ndarray]:
+def travels(scene: StreetScene, user: DetectedObstacle, mps2: float) -> np.ndarray:
     """Return the way (T,) [m] and speeds (T,) [m/s] of one that accelerates for a time [m/s^2]."""
     for_s = np.minimum(TIMES_S, scene.settings.prediction.accelerates_s)
     if mps2 < 0.0:
         for_s = np.minimum(for_s, -user.speed_mps / mps2)
     mps = user.speed_mps + for_s * mps2
-    return TIMES_S * mps - 0.5 * mps2 * for_s**2, mps
+    return np.array([TIMES_S * mps - 0.5 * mps2 * for_s**2, mps])
 
 
 def may_travel(scene: StreetScene, user: DetectedObstacle) -> Iterator[tuple[float, np.ndarray]]:

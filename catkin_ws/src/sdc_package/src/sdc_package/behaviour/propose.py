@@ -99,9 +99,8 @@ def _stays(scene: StreetScene) -> Iterator[CarWay]:
     line_y = scene.way.offset_m + now_y + route_slope * (s - s_m)
     lane_y = scene.width_m * round((now_y + scene.way.offset_at(s_m)) / scene.width_m)
     held = scene.way.shifted(line_y, lane_y, s_m, scene.speed_mps) - route_y
-    stay = np.where(
-        s < s_m - 1.0, scene.way.offset_m, held * (1.0 - smooth_step(s, begin_m, length_m))
-    )
+    later = 1.0 - smooth_step(s, begin_m, length_m)
+    stay = np.where(s < s_m - 1.0, scene.way.offset_m, held * later)
     if abs(np.interp(begin_m, s, held)) > SAME_M:
         yield CarWay("stay", 0.5, stay, begin_m)
 

@@ -22,6 +22,8 @@ from sdc_package.obstacle_prediction import Obstacles
 NOTHING, SAME, ONCOMING, BEHIND_LINE = range(4)
 # Who is less oblique to a lane drives along it.
 ALONG_RAD = math.radians(30.0)
+# A pass of the same place counts as so much farther away for each metre along the route.
+_PASS = 0.01
 # Oncoming lanes are looked up so near to where they are expected [m].
 _BESIDE_M = 1.5
 # Length of the road after the end of the route, on which others come [m].
@@ -96,8 +98,8 @@ class RoadAlong:
     right: np.ndarray  # what is to its right
     edge: np.ndarray  # number of the road: others follow, or a junction, where its lanes end
 
-    def along(self, ends_m: tuple[float, float], poses: np.ndarray, users: Obstacles) -> Along:
-        """Return R road users in the coordinates of this road.
+    def along(self, s_m: float, ends_m: Sequence[float], poses: Any, users: Obstacles) -> Along:
+        """Return R road users in the coordinates of this road, on the pass near an arc length.
 
         `poses` (5, ..., R) are their x [m], y [m], headings [rad], speeds [m/s] and heights [m].
         One that is beyond the ends [m], or on another level, has a width of -inf: it is in no way.
@@ -105,21 +107,22 @@ class RoadAlong:
         x_m, y_m, yaw_rad, mps, z_m = poses
         first, last = np.searchsorted(self.line[:, 0], ends_m)
         rows = self.line[min(first, len(self.line) - 2) : max(last, first + 2)]
-        _, nearest = cKDTree(rows[:, 1:3]).query(np.stack([x_m, y_m], axis=-1))
+        places = np.column_stack([rows[:, 1:3], _PASS * (rows[:, 0] - s_m)])
+        _, nearest = cKDTree(places).query(np.stack([x_m, y_m, 0.0 * x_m], axis=-1))
         line_s, line_x, line_y, heading = np.moveaxis(rows[nearest], -1, 0)
         c, s = np.cos(heading), np.sin(heading)
         dx, dy = x_m - line_x, y_m - line_y
-        beside_m, s_m = c * dy - s * dx, line_s + c * dx + s * dy
+        beside_m, its_s = c * dy - s * dx, line_s + c * dx + s * dy
         cos, sin = np.cos(yaw_rad - heading), np.sin(yaw_rad - heading)
         sizes = [(user.length_m, user.width_m) for user in users]
         length, width = np.array(sizes).reshape(-1, 2).T
         half_length = 0.5 * (length * np.abs(cos) + width * np.abs(sin))
         half_width = 0.5 * (length * np.abs(sin) + width * np.abs(cos))
-        is_on_it = (s_m > ends_m[0]) & (s_m < ends_m[1])
-        is_on_it &= ~other_level(z_m, np.interp(s_m, self.route.s, self.z_m), np.abs(beside_m))
+        is_on_it = (its_s > ends_m[0]) & (its_s < ends_m[1])
+        is_on_it &= ~other_level(z_m, np.interp(its_s, self.route.s, self.z_m), np.abs(beside_m))
         half_width = np.where(is_on_it, half_width, -math.inf)
-        its_y = beside_m + np.interp(s_m, self.s_m, self.route_y_m)
-        return Along(s_m, its_y, beside_m, mps * cos, half_length, half_width)
+        its_y = beside_m + np.interp(its_s, self.s_m, self.route_y_m)
+        return Along(its_s, its_y, beside_m, mps * cos, half_length, half_width)
 
     def at(self, s_m: Any) -> Any:
         """Return the index of the place at an arc length, or those at arc lengths."""
@@ -159,10 +162,9 @@ def road_along(network: Network, route: Route, speed_mps: np.ndarray) -> RoadAlo
     after = onward(network, end.lane, end.s_m + _BEYOND_M)
     after = interpolate(end.s_m + beyond_m, after[:, 0], after[:, 1:4])
     line = np.vstack([own, np.column_stack([route.length_m + beyond_m, after])])
-    columns = map(np.array, zip(*rows))
     found = crossings(network, route, places, speed_mps)
     walks = crosswalks_on(route, network.crosswalks)
-    return RoadAlong(route, line, speed_mps, z_m, found, walks, *columns)
+    return RoadAlong(route, line, speed_mps, z_m, found, walks, *map(np.array, zip(*rows)))
 
 
 def crosswalks_on(route: Route, polygons_m: Sequence[np.ndarray]) -> list[Crosswalk]:

@@ -101,7 +101,7 @@ class StreetScene:
         self.grid_m = np.arange(*self.sight_m, GRID_M)
         poses = [(user.x_m, user.y_m, user.yaw_rad, user.speed_mps, user.z_m) for user in users]
         motions = np.array(poses).reshape(-1, 5).T
-        self.others = others = road.along(self.sight_m, motions, users)
+        self.others = others = road.along(s_m, self.sight_m, motions, users)
         self.route_y = np.interp(self.grid_m, road.s_m, road.route_y_m)
         self.most_mps = np.interp(self.grid_m, road.route.s, road.speed_mps)
         self.soon_m = proposing.soon_s * float(self.most_mps[self.here :].max())

@@ -53,10 +53,7 @@ Score = Callable[..., Scored]
 
 
 def load_score(named: str | Score) -> Score:
-    """Return a score of your own, which is called as `score` is.
-
-    Args:
-        named: the function, or `module:name` of a function or class; "" for `score`
+    """Return a score: a function, or `module:name` of a function or class; `score` for "".
 
     Raises:
         ValueError: it cannot be loaded; the message is one line with the fix

@@ -29,6 +29,9 @@ from sdc_package.waypoint_search import WaypointSearch
 if TYPE_CHECKING:
     from sdc_map.global_planner import GlobalPlanner
 
+# It aims at a speed that is so much greater than its own [m/s], at a point so far ahead [m].
+_AIM_FASTER_MPS = 0.2
+_AIM_AHEAD_M = 0.3
 # A decision in so many plans, 20 a second.
 _EVERY = 2
 
@@ -217,6 +220,11 @@ class StreetPlanner:
             caps = np.sqrt(np.interp(s_m, decision.s_m, square))
             rows = local.limited(rows, caps, local.reason)
             local.reason = decision.reason or local.reason
+        elif speed_mps < rows[0, 2]:  # without others it starts gently, too
+            ahead_m = np.maximum(local.route.s[local.ahead] - local.s_m - _AIM_AHEAD_M, 0.0)
+            square = 2.0 * self._settings.streets.starts_mps2 * ahead_m
+            caps = np.sqrt((speed_mps + _AIM_FASTER_MPS) ** 2 + square)
+            rows = local.limited(rows, caps, "accelerating")
         if stop is not None:
             rows = local.stopped_at(rows, stop.s_m, stop.reason, speed_mps)
         if math.isfinite(decision.stop_m):
