@@ -10,6 +10,7 @@ from sdc_common.driving import DetectedObstacle, Observation
 from sdc_common.geometry.road_line import road_route
 from sdc_map.network import BROKEN, Network, RoadLane
 from sdc_package.behaviour.street_planner import StreetPlanner
+from sdc_package.local_path import ReferencePath
 from sdc_package.street_settings import StreetSettings
 from sdc_package.traffic_lights import TrafficLightMonitor
 
@@ -81,18 +82,22 @@ def seen_at(x_m, y_m, speed_mps, others=(), tick=1, yaw_rad=0.0):
 
 
 def drive(network, others, duration_s, points_m=None, start=(0.0, 0.0, 8.0)):
-    """Let a point drive as the planner demands; return rows of time, x, y and speed.
+    """Let a point drive as the planner demands and the controller reads it.
+
+    Returns rows of time, x, y and speed.
 
     It meets none of the others.
     """
     points_m = straight() if points_m is None else points_m
     planner, route = new_planner(network, points_m), road_route(points_m)
+    reference = ReferencePath()
     s, y, v = start
     rows = []
     for tick in range(round(duration_s / TICK_S)):
         seen = [other.at(tick * TICK_S) for other in others]
-        path = planner.plan(seen_at(s, y + float(np.interp(s, *points_m.T)), v, seen, tick))
-        wanted = path.points[0][2]
+        place = s, y + float(np.interp(s, *points_m.T))
+        reference.update(planner.plan(seen_at(*place, v, seen, tick)).points)
+        wanted = reference.nearest(*place).speed_mps
         v = max(v + min(max(wanted - v, -6.0 * TICK_S), 1.8 * TICK_S), 0.0)
         s, y = s + v * TICK_S, planner.way.offset_at(s) if tick else y
         rows.append((tick * TICK_S, s, float(np.interp(s, *points_m.T)) + y, v))

@@ -51,7 +51,7 @@ def test_car_overtakes_only_whom_it_passes_in_a_short_time(length_m, passes):
 
 
 def test_car_overtakes_on_the_next_lane_after_a_faster_one():
-    rows = drive(two_lanes(), [Other(50.0, speed_mps=4.0), Other(-30.0, WIDTH_M, 13.0, 8)], 30.0)
+    rows = drive(two_lanes(), [Other(50.0, speed_mps=4.0), Other(-30.0, WIDTH_M, 18.0, 8)], 30.0)
     assert rows[-1, 1] > 50.0 + 4.0 * 30.0
 
 
