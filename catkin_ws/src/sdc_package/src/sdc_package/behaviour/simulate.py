@@ -49,18 +49,17 @@ class _Cars:
         ways_y = scene.ways(list(offsets_m.values()))
         numbers = [proposal.number for proposal in proposals]
         self.way_y = ways_y[numbers]
+        self.its_way_y = self.way_y[self.rows[:, None], self.at(others.s_m)[:, None]]  # (T, P, R)
         bends_mps = scene.way.bend_mps(ways_y - scene.route_y, scene.grid_m)
         shares = np.array([[proposal.share] for proposal in proposals])
         self.most_mps = np.minimum(scene.most_mps * shares, bends_mps[numbers])
         light_m = scene.stop.s_m if scene.stop else math.inf
         self.stops_m = np.array([min(proposal.stop_m, light_m) for proposal in proposals])
-        # A car at rest has yet to begin.
-        self.is_new = np.array([[proposal.way.new > 0.0] for proposal in proposals])
-        self.is_new |= scene.speed_mps < AT_REST_MPS
-        apart_m = np.abs(others.y_m[0] - self.way_y[0, scene.here])
+        at_rest = scene.speed_mps < AT_REST_MPS  # it has yet to begin
+        self.is_new = np.array([[proposal.way.new > 0.0 or at_rest] for proposal in proposals])
+        on_lane = np.abs(others.y_m[0] - self.way_y[0, scene.here]) < others.half_width_m[0]
         # Who is behind the car on its lane now.
-        self.follows = others.aligned & (others.s_m[0] < scene.s_m)
-        self.follows &= apart_m < others.half_width_m[0]
+        self.follows = on_lane & others.aligned & (others.s_m[0] < scene.s_m)
 
     def at(self, s_m: np.ndarray) -> np.ndarray:
         """Return the indices of the places on the grid at arc lengths."""
@@ -73,8 +72,8 @@ class _Cars:
         acceleration_mps2, braking_mps2 = margins.acceleration_mps2, self.settings.braking_mps2
         root_mps2 = 2.0 * math.sqrt(acceleration_mps2 * braking_mps2)
         side_m = np.where(others.moves, margins.side_m, self.settings.planner.obstacles.side_m)
-        its_way_y = self.way_y[self.rows[:, None], self.at(others.s_m)[:, None]]  # (T, P, R)
-        in_way = np.abs(others.y_m[:, None] - its_way_y) < (others.half_width_m + side_m)[:, None]
+        reach_m = (others.half_width_m + side_m)[:, None]
+        in_way = np.abs(others.y_m[:, None] - self.its_way_y) < reach_m
         in_way &= others.goes_on & ~self.follows
         leads = np.zeros(in_way.shape[1:], bool)
         ever = np.flatnonzero(in_way.any(axis=(0, 1)))
@@ -113,10 +112,11 @@ class _Cars:
         others, margins, way_y = self.others, self.settings.streets, self.way_y
         half_length_m = others.half_length_m[:, None]
         place_y = way_y[self.rows, self.at(s_m)][..., None]
-        # The front is where the centre will be; towards those behind, the rear matters.
-        front_y = way_y[self.rows, self.at(s_m + self.settings.front_m)][..., None]
-        distance_m = others.s_m[:, None] - s_m[..., None]
-        near_y = np.where(distance_m > -half_length_m, front_y, place_y)
+        # The front is where the centre will be; beside another, the part of the car there counts.
+        front_m, distance_m = self.settings.front_m, others.s_m[:, None] - s_m[..., None]
+        front_y = way_y[self.rows, self.at(s_m + front_m)][..., None]
+        where = [distance_m > front_m, distance_m > -front_m]
+        near_y = np.select(where, [front_y, self.its_way_y], place_y)
         reach_m = others.half_width_m + np.where(others.moves, margins.side_m, 0.0)
         overlap = np.abs(others.y_m[:, None] - near_y) < reach_m[:, None]
         # A new way has greater distances, so that the car is not of two minds.
