@@ -49,7 +49,7 @@ def test_drive_to_a_goal_is_complete_and_repeatable(path):
             *({"goal": "-90,-5", "traffic": "12"}, {"goal": (-90.0, -5.0), "traffic": 12}, 12),
             marks=needs_traffic,
         ),
-        ({"map": "town", "sim_options": f"{{street_scenario: {TURN}}}"}, ON_TURN, 14),
+        ({"map": "town", "sim_options": f"{{street_scenario: {TURN}}}"}, ON_TURN, 13),
     ],
     ids=["alone", "in traffic", "scenario type"],
 )
