@@ -34,7 +34,7 @@ class Decision:
     Attributes:
         proposal: the best proposal, None if no one is near
         s_m: arc lengths (T,) at which the car will be, see `simulate` [m]
-        speed_mps: its speeds there [m/s]
+        speed_mps: its speeds there, none where nothing is in its way [m/s]
         reason: what limits the speed, "" if nothing does
         detail: the two best proposals and what separated them, or whom the car follows
         brakes_hard: whether the car brakes as hard as it can
@@ -105,16 +105,16 @@ def decide(scene: StreetScene, predictor: Predictor, score: Score, keeps_route: 
     reason, detail = _reason(scene, chosen, scored.separates(best, other)[0]), ""
     leaders = np.flatnonzero(result.leads[best])
     if brakes_hard:
-        name = name_of(others.user[int(contacts_s.argmin())])
-        reason, detail = OBSTACLE, f"brakes hard for {name}"
+        reason, detail = OBSTACLE, f"brakes hard for {name_of(others.user[contacts_s.argmin()])}"
     elif reason:
         detail = "; ".join(filter(None, (because(best, other), because(other, best))))
     elif len(leaders):
-        first = leaders[others.s_m[0, leaders].argmin()]
-        reason, detail = OBSTACLE, name_of(others.user[first])
+        reason, detail = OBSTACLE, name_of(others.user[leaders[others.s_m[0, leaders].argmin()]])
     # The car stops where it would become so slow.
     stops = brakes_hard | (result.speed_mps[:, best] < AT_REST_MPS)
     speeds = result.s_m[:, best], np.where(stops, 0.0, result.speed_mps[:, best])
+    if not (reason or result.braking_mps2[best]):  # nothing is in its way
+        speeds = (), ()
     return Decision(chosen, *speeds, reason, detail, bool(brakes_hard), found, scored)
 
 

@@ -215,12 +215,12 @@ class StreetPlanner:
         """Return rows with the speeds and the stops that were decided."""
         decision = self.decision
         local.note_acceleration(rows, speed_mps)
-        if decision.proposal is not None:
+        if len(decision.speed_mps):
             s_m, square = local.route.s[local.ahead], np.square(decision.speed_mps)
             caps = np.sqrt(np.interp(s_m, decision.s_m, square))
             rows = local.limited(rows, caps, local.reason)
             local.reason = decision.reason or local.reason
-        elif speed_mps < rows[0, 2]:  # without others it starts gently, too
+        elif speed_mps < rows[0, 2]:  # with nothing in its way, it starts gently
             ahead_m = np.maximum(local.route.s[local.ahead] - local.s_m - _AIM_AHEAD_M, 0.0)
             square = 2.0 * self._settings.streets.starts_mps2 * ahead_m
             caps = np.sqrt((speed_mps + _AIM_FASTER_MPS) ** 2 + square)
