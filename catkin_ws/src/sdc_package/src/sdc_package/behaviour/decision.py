@@ -113,7 +113,7 @@ def decide(scene: StreetScene, predictor: Predictor, score: Score, keeps_route: 
     # The car stops where it would become so slow.
     stops = brakes_hard | (result.speed_mps[:, best] < AT_REST_MPS)
     speeds = result.s_m[:, best], np.where(stops, 0.0, result.speed_mps[:, best])
-    if not (reason or result.braking_mps2[best]):  # nothing is in its way
+    if not (reason or len(others.user) or result.braking_mps2[best]):  # no one is near its way
         speeds = (), ()
     return Decision(chosen, *speeds, reason, detail, bool(brakes_hard), found, scored)
 
