@@ -22,7 +22,7 @@ from sdc_cockpit.drive_view import (
     DriveView,
 )
 from sdc_cockpit.road_view import RoadView
-from sdc_cockpit.sensor_view import GNSS, LIDARS, SensorView
+from sdc_cockpit.sensor_view import EGO, GNSS, SensorView
 from sdc_cockpit.topic_feeds import Feed
 from sdc_common.geometry.geodesy import geodetic_from_map
 from sdc_common.ros.odometry import GROUND_TRUTH, odometry_message
@@ -87,7 +87,8 @@ def test_offset_that_the_camera_measures_is_shown_while_it_sees_a_lane(view):
     assert view.state()["lane_offset"] is None
 
 
-FRONT, PLANAR = LIDARS
+FRONT = EGO + "/lidar/front/point_cloud"
+PLANAR = EGO + "/lidar/planar/point_cloud"
 
 
 def cloud(points):

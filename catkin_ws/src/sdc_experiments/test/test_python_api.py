@@ -45,12 +45,12 @@ FIGURES = json.loads((ROOT / "docs" / "drive.json").read_text(encoding="utf-8"))
 
 @pytest.mark.parametrize("name", ["README.md", "docs/drive.md"])
 def test_page_shows_the_stored_figures(name):
-    """The closing line is that of a drive in real time, each row of the table one in lockstep."""
+    """The closing line is that of a drive in real time, the rows of the table are in lockstep."""
     page = (ROOT / name).read_text(encoding="utf-8")
     assert f"    {closing_line(FIGURES['real_time'])}; see report/report.json" in page
-    for command, one in FIGURES["lockstep"].items() if "least possible" in page else ():
-        errors = f"{one['cross_track_rms_m']:.3f} m | {one['cross_track_max_m']:.3f} m"
-        assert f"| `{command}` | {errors} | {one['time_ratio']:.3f} |" in page
+    for command, figures in FIGURES["lockstep"].items() if "least possible" in page else ():
+        errors = f"{figures['cross_track_rms_m']:.3f} m | {figures['cross_track_max_m']:.3f} m"
+        assert f"| `{command}` | {errors} | {figures['time_ratio']:.3f} |" in page
 
 
 @pytest.mark.slow(2)

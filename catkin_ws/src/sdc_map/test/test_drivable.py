@@ -108,7 +108,7 @@ def lanes_of(lines, leads):
             np.array(line, float),
             3.5,
             10.0,
-            predecessors=tuple(one for one in lines if name in leads.get(one, ())),
+            predecessors=tuple(before for before in lines if name in leads.get(before, ())),
             successors=leads.get(name, ()),
             junction=name[1:2] if name.startswith(":") else "",
         )
@@ -125,7 +125,7 @@ def test_connection_behind_a_fold_is_left_out_though_the_fold_begins_before_it()
         "west": [(-6.5, -1), (-50, -1)],
     }
     names = list(lines)
-    lanes = lanes_of(lines, {one: (other,) for one, other in zip(names, names[1:])})
+    lanes = lanes_of(lines, {name: (after,) for name, after in zip(names, names[1:])})
     known = {lane.id: lane for lane in without_bends(lanes, Findings())}
     assert known["short"].successors == ()
 

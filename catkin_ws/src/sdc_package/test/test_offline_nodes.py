@@ -56,7 +56,7 @@ def offline_node(monkeypatch):
 def reasons(node):
     """Return stamp [ns] and name of what limited the speed, as a node published them."""
     sent = node.published["/planner/speed_reason"]
-    return [(one.header.stamp.to_nsec(), one.reason) for one in sent]
+    return [(message.header.stamp.to_nsec(), message.reason) for message in sent]
 
 
 def odometry(tick, x, y, yaw, speed=5.0):
@@ -161,8 +161,8 @@ def test_controller_brakes_when_odometry_times_out_and_resumes(offline_node, mon
         check()
     assert reasons(node) == [(50_000_000, "odometry_timeout")]
     stops = node.published[COMMAND][1:]
-    assert [(one.throttle, one.brake) for one in stops] == [(0.0, 0.5)] * 2
-    assert not any(one.header.stamp.to_nsec() for one in stops)
+    assert [(command.throttle, command.brake) for command in stops] == [(0.0, 0.5)] * 2
+    assert not any(command.header.stamp.to_nsec() for command in stops)
     for tick in range(13, 40):
         node.receive[ODOMETRY](odometry(tick, 0.0, 0.0, 0.0, speed=0.0))
         node.receive[PATH](straight_path())
@@ -185,7 +185,7 @@ def test_controller_refuses_bad_messages_and_keeps_the_last_path(offline_node):
     node.receive[PATH](straight_path())
     node.receive[PATH](LocalPath([]))
     node.receive[ODOMETRY](odometry(20, 2.0, 1.0, 0.0))
-    steers = [one.steer for one in node.published[COMMAND]]
+    steers = [command.steer for command in node.published[COMMAND]]
     assert len(steers) == 2 and min(steers) > 0.05
     assert COMMAND in node.latched
 
@@ -245,12 +245,12 @@ def test_global_planner_publishes_missions_to_its_goals_and_closes_lanes(offline
     def mission_ends():
         """Return the place where the last mission of a car in the west ends."""
         node.receive[ODOMETRY](odometry(1, -140.0, -1.6, 0.0))
-        points = [(one.x, one.y) for one in missions[-1].waypoints]
-        assert points == [(one.x, one.y) for one in limits[-1].waypoints]
+        points = [(point.x, point.y) for point in missions[-1].waypoints]
+        assert points == [(point.x, point.y) for point in limits[-1].waypoints]
         return points[-1]
 
     assert mission_ends() == pytest.approx((250.0, -1.6), abs=3.0)
-    assert {one.v for one in limits[-1].waypoints} == {14.0}
+    assert {point.v for point in limits[-1].waypoints} == {14.0}
     goal = PoseStamped()
     goal.pose.position.x, goal.pose.position.y = -2.0, -110.0
     node.receive["/move_base_simple/goal"](goal)

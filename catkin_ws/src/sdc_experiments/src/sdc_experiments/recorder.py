@@ -53,7 +53,7 @@ class DriveRecorder:
             rows = [(number, *box, z, speed, kind) for *box, speed, number, kind, z in seen]
             evaluator.add("others", stamp_ns, rows)
         if snapshot.obstacles and evaluator.drive and evaluator.drive.is_scene_due(OBSTACLES):
-            boxes = [[one.id, *one.rectangle[:5]] for one in snapshot.obstacles]
+            boxes = [[body.id, *body.rectangle[:5]] for body in snapshot.obstacles]
             evaluator.add("scene", OBSTACLES, None, boxes)
         kinds = {one.id: one.kind for one in snapshot.obstacles} if snapshot.collisions else {}
         for collision in snapshot.collisions:

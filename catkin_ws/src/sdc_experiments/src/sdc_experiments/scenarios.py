@@ -34,7 +34,10 @@ from sdc_sim.scenario.street_scenarios import Placement, of_map, types
 OWN, NAIVE = "own", "naive"
 # A driver passes a type if more of its drives succeed.
 _PASSES_PERCENT = 50.0
-_WORST, _SHOWN_TICKS = 10, 10
+# So many of the worst drives are shown on the page.
+_WORST = 10
+# The trace in a picture has a sample for so many ticks, which is half a second.
+_SHOWN_TICKS = 10
 # The picture of a type has what is so near to the event, lanes with a point at each of these [m].
 _NEAR_M, _S_M = 80.0, np.arange(0.0, 5000.0, 5.0)
 
@@ -122,7 +125,7 @@ def picture_of(name: str, path: str, seed: int, car: Mapping) -> dict[str, Any]:
 
     rows, scene = result.rows[::_SHOWN_TICKS], result.scene[OBSTACLES]
     nearest = rows[np.argmin(np.hypot(*(rows[:, 1:3] - event_m).T))]
-    _, around = min(scene, key=lambda one: abs(one[0] - nearest[0]), default=(0.0, []))
+    _, around = min(scene, key=lambda row: abs(row[0] - nearest[0]), default=(0.0, []))
     tracks: dict[int, list] = {}
     for _, bodies in scene:
         for number, *place_m in bodies:

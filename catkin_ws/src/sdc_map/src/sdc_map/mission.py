@@ -75,10 +75,10 @@ def plan_mission(
         ends.append(len(pieces))
         start = goal
     points, limits, ends_m, lost = _resampled(pieces, ends)
-    connections = [lane.id for lane in lost if lane.junction]
-    if connections:
+    bent = next((lane.id for lane in lost if lane.junction), None)
+    if bent is not None:
         with contextlib.suppress(NoRouteError):
-            return plan_mission(graph, goals, x_m, y_m, yaw_rad, {*closed, connections[0]}, z_m)
+            return plan_mission(graph, goals, x_m, y_m, yaw_rad, {*closed, bent}, z_m)
     return Mission(points, limits, tuple(lanes), ends_m, time_s)
 
 
@@ -145,7 +145,8 @@ def _resampled(
     """Return points about 1 m apart along pieces of lanes, with their limits, and goals along them.
 
     A goal is at the end of the pieces before one of the numbers `ends`. Where a car cannot drive
-    the pieces, the points are those of a curve beside them; also return the lanes without one.
+    the pieces, the points are those of a curve beside them. Also return the lanes with bends for
+    which there is no curve.
     """
     points = np.vstack([part for part, _ in pieces])
     lengths = [len(part) for part, _ in pieces]

@@ -173,7 +173,7 @@ def _network(
     lines = {name: _points(lane.getShape3D()) for name, lane in sources.items()}
     if own is not None:
         _take_lines_of_file(lines, sources, own, leads)
-    lanes = [_lane(lane, lines, own, leads[one], comes[one]) for one, lane in sources.items()]
+    lanes = [_lane(lane, lines, own, leads[name], comes[name]) for name, lane in sources.items()]
     lanes = without_bends(lanes, findings)
     for edge in net.getEdges():
         for lane in edge.getLanes() if edge.getFunction() == "crossing" else ():

@@ -10,8 +10,8 @@ from sdc_common.configuration import node_config
 from sdc_common.validation import check_non_negative, suggestion
 from sdc_package.planner_settings import PlannerSettings
 
-# Maximum yaw rate, which limits the speed in bends tighter than those of any route for students
-# [rad/s]. Above 0.95, nuPlan calls it uncomfortable, and steering adds a sixth.
+# Maximum yaw rate on a map, which limits the speed in bends tighter than 5 m [rad/s]. Above 0.95,
+# nuPlan calls it uncomfortable, and steering adds a sixth.
 _YAW_RATE_RADPS = 0.8
 
 

@@ -68,13 +68,13 @@ def drive_stack(stack: str, workspace: str, league: str, seed: str) -> LoggedDri
     Raises:
         ValueError: the drive has no log; the message has the end of its output
     """
-    one = draw(league, seed)
+    drawn = draw(league, seed)
     with tempfile.TemporaryDirectory(prefix="championship_") as folder:
         log = Path(folder, "log")
-        given = {"stack": stack, "workspace": workspace, "map": one.map, "camera": "false"}
-        given["sim_options"] = options_text({**one.sim, "drive_log": str(log)})
-        given["planner_options"] = options_text(one.planner)
-        with nodes_drive(given, route_m=one.route_m) as (_, lines):
+        given = {"stack": stack, "workspace": workspace, "map": drawn.map, "camera": "false"}
+        given["sim_options"] = options_text({**drawn.sim, "drive_log": str(log)})
+        given["planner_options"] = options_text(drawn.planner)
+        with nodes_drive(given, route_m=drawn.route_m) as (_, lines):
             if not log.exists():
                 raise ValueError(f"seed {seed}: the drive has no log: {' '.join(lines)[-300:]}")
             return LoggedDriver(log.read_text(encoding="ascii"))

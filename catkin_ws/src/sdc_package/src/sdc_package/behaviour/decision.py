@@ -34,7 +34,7 @@ class Decision:
     Attributes:
         proposal: the best proposal, None if no one is near
         s_m: arc lengths (T,) at which the car will be, see `simulate` [m]
-        speed_mps: its speeds there, none where nothing is in its way [m/s]
+        speed_mps: its speeds there, none where no road user or stop is near its way [m/s]
         reason: what limits the speed, "" if nothing does
         detail: the two best proposals and what separated them, or whom the car follows
         brakes_hard: whether the car brakes as hard as it can
@@ -113,7 +113,7 @@ def decide(scene: StreetScene, predictor: Predictor, score: Score, keeps_route: 
     # The car stops where it would become so slow.
     stops = brakes_hard | (result.speed_mps[:, best] < AT_REST_MPS)
     speeds = result.s_m[:, best], np.where(stops, 0.0, result.speed_mps[:, best])
-    if not (reason or len(others.user) or result.braking_mps2[best]):  # no one is near its way
+    if not (reason or len(others.user) or result.braking_mps2[best]):  # all is free
         speeds = (), ()
     return Decision(chosen, *speeds, reason, detail, bool(brakes_hard), found, scored)
 
