@@ -146,7 +146,7 @@ class StreetPlanner:
         self._lights.states = {
             number: state
             for number, state in observation.light_states.items()
-            if number in lines and self._is_on_level(local, lines[number])
+            if number in lines and (self._network.is_flat or self._on_level(local, lines[number]))
         }
         self._tracker.update(observation.obstacles, observation.stamp_s)
         place = local.place
@@ -164,7 +164,7 @@ class StreetPlanner:
             self._rows, self._path = rows, Path.from_rows(rows * (1.0, self._y_sign, 1.0))
         return self._path
 
-    def _is_on_level(self, local: LocalPlanner, line: StopLine) -> bool:
+    def _on_level(self, local: LocalPlanner, line: StopLine) -> bool:
         """Return whether a stop line is not one above or below the route."""
         s_m = line.along(local.route, local.s_m, local.horizon_m) or local.s_m
         return not other_level(line.z_m, np.interp(s_m, local.route.s, self._road.z_m))
@@ -220,7 +220,7 @@ class StreetPlanner:
             caps = np.sqrt(np.interp(s_m, decision.s_m, square))
             rows = local.limited(rows, caps, local.reason)
             local.reason = decision.reason or local.reason
-        elif speed_mps < rows[0, 2]:  # with nothing in its way, it starts gently
+        elif speed_mps < rows[0, 2]:  # where all is free, it starts gently
             ahead_m = np.maximum(local.route.s[local.ahead] - local.s_m - _AIM_AHEAD_M, 0.0)
             square = 2.0 * self._settings.streets.starts_mps2 * ahead_m
             caps = np.sqrt((speed_mps + _AIM_FASTER_MPS) ** 2 + square)
