@@ -90,7 +90,8 @@ def called(command: str) -> str:
     """Return a command as people call it: in the project, or where the wheel is installed."""
     if command.startswith("sdc "):
         return command
-    return f"./{command}" if (ROOT / "drive").exists() else f"sdc {command}"
+    is_source = ROOT / "catkin_ws" in Path(__file__).resolve().parents
+    return f"./{command}" if is_source else f"sdc {command}"
 
 
 def _written(command: str, name: str, text: str | None = None) -> str:
