@@ -26,8 +26,8 @@ NAMES = sorted(name[: -len(".yaml")] for name in os.listdir(FOLDER) if name.ends
 # Real nodes also drive the town in test_grade.py and a lane change in test_drive_check.py.
 ALWAYS = {"stopped_car"}
 TIMEOUT_S = 300.0
-# Their traffic takes longer than all other drives together; town_traffic shows what they share.
-RARE = {"town_motorway_traffic", "town_pedestrians"}
+# Their traffic takes longer than all other drives together; test_map_drives.py drives in traffic.
+RARE = {"town_motorway_traffic", "town_pedestrians", "town_traffic"}
 NIGHTLY = [], [pytest.mark.nightly]
 # Every tenth tick of a drive, from the first columns of its report.csv.
 TRACES = Path(__file__).with_name("traces")
