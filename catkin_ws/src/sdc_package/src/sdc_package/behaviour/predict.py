@@ -159,8 +159,8 @@ def may_travel(scene: StreetScene, user: DetectedObstacle) -> Iterator[tuple[flo
     seen, own_mps2 = scene.settings.prediction, scene.tracker.of(user).acceleration_mps2
     for name, mps2 in (
         (GOES_ON, own_mps2),
-        ("accelerates", max(own_mps2, seen.starts_mps2)),
-        ("brakes", min(own_mps2, -seen.brakes_mps2)),
+        ("changes_speed", max(own_mps2, seen.starts_mps2)),
+        ("changes_speed", min(own_mps2, -seen.brakes_mps2)),
     ):
         yield seen.weights[name], travels(scene, user, mps2)[0]
 
