@@ -102,7 +102,7 @@ def test_page_shows_moving_pictures_and_drives_and_a_click_stops_the_car(start, 
     # On a busy machine each command to the browser takes seconds, and the car drives or stands on
     # meanwhile: a slow car does not get far, and the referee waits.
     late_page = str(Path(__file__).with_name("late_page.launch"))
-    launch = [sys.executable, "-m", "sdc_common.ros.safe_launch", "sdc_package", "all.launch"]
+    launch = [sys.executable, "-m", "sdc_sim.ros.safe_launch", "sdc_package", "all.launch"]
     options = ["headless:=true", "cockpit:=true", "planned_speed_mps:=2"]
     options += [f"waypoints_path:={route}", f"report:={tmp_path}/report.json"]
     options += ["referee_options:={pictures: false, blocked_s: 1000}"]

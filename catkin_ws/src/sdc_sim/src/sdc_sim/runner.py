@@ -182,7 +182,7 @@ class CheckedDrive:
                 os.remove(path)
         # The launch ends with this process, also when it is killed.
         command = ["setpriv", "--pdeathsig", "INT", sys.executable, "-m"]
-        command += ["sdc_common.ros.safe_launch", "sdc_package", "all.launch"]
+        command += ["sdc_sim.ros.safe_launch", "sdc_package", "all.launch"]
         if self._parameters:
             command.append(self._parameters_file())
         command += [f"{key}:={value}" for key, value in self.arguments.items()]

@@ -9,7 +9,7 @@ another terminal. A master that the user has chosen is never replaced: if a driv
 program prints one line and ends with status 2. The same holds with the argument sim:=false, because
 another program drives the world on that master.
 
-Where no master runs yet, the command must start it: see `sdc_common.ros.safe_launch`.
+Where no master runs yet, the command must start it: see `sdc_sim.ros.safe_launch`.
 """
 
 from __future__ import annotations

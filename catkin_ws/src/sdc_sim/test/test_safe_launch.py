@@ -8,7 +8,7 @@ import roslaunch
 import rosparam
 import yaml
 
-from sdc_common.ros import safe_launch
+from sdc_sim.ros import safe_launch
 
 
 @pytest.fixture

@@ -1,6 +1,6 @@
 """Run roslaunch without evaluating expressions in parameter files, on a master of this user.
 
-Usage: python3 -m sdc_common.ros.safe_launch PACKAGE FILE.launch [ARG:=VALUE ...]
+Usage: python3 -m sdc_sim.ros.safe_launch PACKAGE FILE.launch [ARG:=VALUE ...]
 
 ROS evaluates `!radians pi/2` and `rad(pi/2)` in YAML files as Python, so that a parameter file can
 run any code. Here such a line is an error.

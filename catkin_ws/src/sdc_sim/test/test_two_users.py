@@ -10,7 +10,8 @@ USERS = 23456, 23457
 IMPORTS = """
 import ctypes, os, socket, sys
 from sdc_common import processes
-from sdc_common.ros import drive_master, safe_launch
+from sdc_common.ros import drive_master
+from sdc_sim.ros import safe_launch
 user = int(sys.argv[1])
 os.setgroups([])
 os.setgid(user)
