@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from scipy.linalg import solveh_banded
+from scipy.sparse import csr_matrix, diags
 
 # Distance between the knots, and the least width of the smoothing.
 _KNOT_M = 1.0
@@ -15,7 +16,7 @@ _MIN_WIDTH_M = 1.0
 _SIGNIFICANT = 3.5
 _REDUCTION = 0.8
 _MAX_FITS = 14
-_THIRD_DIFFERENCE = np.array([-1.0, 3.0, -3.0, 1.0])
+_THIRD_DIFFERENCE = (-1.0, 3.0, -3.0, 1.0)
 
 
 class SmoothingSpline:
@@ -48,17 +49,17 @@ class SmoothingSpline:
         """
         self._start_m = float(s_m[0])
         self._count = max(1, math.ceil((float(s_m[-1]) - self._start_m) / _KNOT_M))
-        first, weights = self._basis(s_m)
-        data = spacing_m * _gram(first, weights, self._count + 3)
+        basis = self._basis(s_m)
         # Differences from the middle keep the digits of large coordinates.
         self._middle_m = points_m.mean(axis=0)
-        columns = (points_m - self._middle_m).T
-        right = spacing_m * np.column_stack(
-            [_sums(first, weights * column[:, None], self._count + 3) for column in columns]
-        )
+        right = spacing_m * (basis.T @ (points_m - self._middle_m))
+        differences = diags(_THIRD_DIFFERENCE, range(4), (self._count, self._count + 3))
         widths_m = np.full(self._count, max(width_m, _MIN_WIDTH_M))
         for _ in range(_MAX_FITS):
-            self._coefficients = solveh_banded(data + _penalty(widths_m), right)
+            penalty = diags(widths_m**6 / _KNOT_M**5) @ differences
+            matrix = spacing_m * (basis.T @ basis) + differences.T @ penalty
+            bands = [np.pad(matrix.diagonal(offset), (offset, 0)) for offset in (3, 2, 1, 0)]
+            self._coefficients = solveh_banded(bands, right)
             biased = self._biased(s_m, points_m - self(s_m), noise_m, widths_m)
             biased &= widths_m > _MIN_WIDTH_M
             if not biased.any():
@@ -68,18 +69,19 @@ class SmoothingSpline:
 
     def __call__(self, s_m: np.ndarray) -> np.ndarray:
         """Return the points (M, 2) of the spline at parameters (M,) [m]."""
-        first, weights = self._basis(s_m)
-        rows = first[:, None] + np.arange(4)
-        return self._middle_m + np.einsum("nk,nkd->nd", weights, self._coefficients[rows])
+        return self._middle_m + self._basis(s_m) @ self._coefficients
 
-    def _basis(self, s_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the first of the four cubic B-splines at each parameter, and their values."""
+    def _basis(self, s_m: np.ndarray) -> csr_matrix:
+        """Return the values of the cubic B-splines (columns) at parameters (rows) [m]."""
         position = (s_m - self._start_m) / _KNOT_M
         first = np.clip(position.astype(int), 0, self._count - 1)
         t = position - first
         u = 1.0 - t
         middle = 4.0 - 6.0 * t * t + 3.0 * t**3, 4.0 - 6.0 * u * u + 3.0 * u**3
-        return first, np.column_stack([u**3, *middle, t**3]) / 6.0
+        values = np.column_stack([u**3, *middle, t**3]) / 6.0
+        columns = first[:, None] + np.arange(4)  # of the four that are not 0
+        ends = 4 * np.arange(len(first) + 1)
+        return csr_matrix((values.ravel(), columns.ravel(), ends), (len(first), self._count + 3))
 
     def _biased(
         self, s_m: np.ndarray, deviations_m: np.ndarray, noise_m: float, widths_m: np.ndarray
@@ -97,24 +99,3 @@ class SmoothingSpline:
         np.add.at(marks, np.maximum(rows - reach[rows], 0), 1)
         np.add.at(marks, np.minimum(rows + reach[rows] + 1, self._count), -1)
         return np.cumsum(marks)[:-1] > 0
-
-
-def _penalty(widths_m: np.ndarray) -> np.ndarray:
-    """Return the integral of width^6 * (third derivative)^2 as a banded matrix."""
-    scale = np.sqrt(widths_m**6 / _KNOT_M**5)
-    return _gram(np.arange(len(scale)), scale[:, None] * _THIRD_DIFFERENCE, len(scale) + 3)
-
-
-def _gram(first: np.ndarray, rows: np.ndarray, size: int) -> np.ndarray:
-    """Return A'A as `solveh_banded` takes it; A has rows of four values from `first` on."""
-    bands = np.zeros((4, size))
-    for i in range(4):
-        for j in range(i, 4):
-            band = np.bincount(first + j, rows[:, i] * rows[:, j], size)
-            bands[3 - (j - i)] += band
-    return bands
-
-
-def _sums(first: np.ndarray, rows: np.ndarray, size: int) -> np.ndarray:
-    """Return the sums of the rows' four values, from `first` on."""
-    return np.sum([np.bincount(first + i, rows[:, i], size) for i in range(4)], axis=0)
