@@ -29,30 +29,20 @@ PathPoint = Tuple[float, float, float]
 class DetectedObstacle:
     """A box on the ground, in the map frame.
 
-    Attributes:
-        x_m: position of its centre [m]
-        y_m: position of its centre [m]
-        yaw_rad: heading, counter-clockwise from the x axis [rad]
-        length_m: size along the heading [m]
-        width_m: size across the heading [m]
-        speed_mps: speed along the heading [m/s]
-        id: as in the collision events, 0 if it is not known
-        kind: car, pedestrian, ..., as config/obstacle_kinds.yaml names them; "" if it is not known
-        z_m: height of the ground below it, NaN if it is not known [m]
-
     Raises:
         ValueError: a number other than z_m is not finite
     """
 
-    x_m: float
+    x_m: float  # position of the centre
     y_m: float
-    yaw_rad: float
-    length_m: float
+    yaw_rad: float  # heading, counter-clockwise from the x axis
+    length_m: float  # size along the heading
     width_m: float
-    speed_mps: float
-    id: int = 0
+    speed_mps: float  # along the heading
+    id: int = 0  # as in the collision events, 0 if it is not known
+    # car, pedestrian, ..., as config/obstacle_kinds.yaml names them; "" if it is not known
     kind: str = ""
-    z_m: float = math.nan
+    z_m: float = math.nan  # height of the ground below it, NaN if it is not known
 
     def __post_init__(self):
         numbers = self.x_m, self.y_m, self.yaw_rad, self.length_m, self.width_m, self.speed_mps
@@ -62,29 +52,18 @@ class DetectedObstacle:
 
 @dataclass
 class Observation:
-    """What the software of the car receives in a tick. It has no true state.
+    """What the software of the car receives in a tick. It has no true state, but measurements."""
 
-    Attributes:
-        stamp_ns: simulated time [ns]
-        x_m: measured position in the map [m]
-        y_m: measured position in the map [m]
-        yaw_rad: measured heading, counter-clockwise from the x axis [rad]
-        speed_mps: measured speed over the ground [m/s]
-        obstacles: the detected obstacles
-        light_states: state of each traffic light by its id
-        readings: what further sensors measure in this tick, None if there are none
-        z_m: measured height, NaN if it is not known [m]
-    """
-
-    stamp_ns: int
-    x_m: float
+    stamp_ns: int  # simulated time
+    x_m: float  # position in the map
     y_m: float
-    yaw_rad: float
-    speed_mps: float
+    yaw_rad: float  # heading, counter-clockwise from the x axis
+    speed_mps: float  # over the ground
     obstacles: Sequence[DetectedObstacle] = ()
+    # State of each traffic light by its id
     light_states: Mapping[int, int] = field(default_factory=dict)
-    readings: Any = None
-    z_m: float = math.nan
+    readings: Any = None  # of further sensors in this tick, None if there are none
+    z_m: float = math.nan  # height, NaN if it is not known
 
     @property
     def stamp_s(self) -> float:
@@ -95,13 +74,9 @@ class Observation:
 
 @dataclass
 class Path:
-    """The path ahead of the car.
+    """The path ahead of the car."""
 
-    Attributes:
-        points: x [m], y [m] and target speed [m/s] of two or more points
-    """
-
-    points: Sequence[PathPoint]
+    points: Sequence[PathPoint]  # two or more
 
     @classmethod
     def from_rows(cls, rows: np.ndarray) -> Path:
@@ -112,22 +87,14 @@ class Path:
 
 @dataclass
 class Command:
-    """What a driver demands until the next command.
+    """What a driver demands until the next command."""
 
-    Attributes:
-        throttle: 0..1
-        steer: -1..1, positive to the RIGHT
-        brake: 0..1
-        hand_brake: whether the hand brake is pulled
-        reverse: whether the reverse gear is in
-        stamp_ns: stamp of the observation that it answers, 0 if it answers none [ns]
-    """
-
-    throttle: float = 0.0
-    steer: float = 0.0
-    brake: float = 0.0
+    throttle: float = 0.0  # 0..1
+    steer: float = 0.0  # -1..1, positive to the RIGHT
+    brake: float = 0.0  # 0..1
     hand_brake: bool = False
     reverse: bool = False
+    # Stamp of the observation that it answers, 0 if it answers none
     stamp_ns: int = field(default=0, compare=False)
 
     @classmethod

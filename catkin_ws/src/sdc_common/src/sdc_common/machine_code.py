@@ -37,11 +37,9 @@ def numba_module() -> ModuleType | None:
 
 @lru_cache(maxsize=None)
 def compiled(function: Callable[..., Any], *callees: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function in machine code, or the function itself if Numba is not installed.
+    """Return a function of numbers, tuples and arrays in machine code, or itself without Numba.
 
-    Args:
-        function: a function of numbers, tuples and arrays
-        callees: the functions that it calls, directly or not, which stay plain functions in Python
+    The callees, which it calls directly or not, stay plain functions in Python.
     """
     numba = numba_module()
     if numba is None:

@@ -60,13 +60,8 @@ def wait_until(
 ) -> Any:
     """Return the first true value of a condition, which is polled.
 
-    Args:
-        condition: returns a true value when the wait is over
-        seconds: timeout [s]
-        what: what the error reports as missing
-
     Raises:
-        TimeoutError: the condition is still false after `seconds`
+        TimeoutError: the condition, or `what` in words, is still false after `seconds`
     """
     limit = time.monotonic() + seconds
     while not (value := condition()):

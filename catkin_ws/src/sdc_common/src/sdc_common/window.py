@@ -21,13 +21,7 @@ class NoDisplay(Exception):
 
 
 class ImageWindow:
-    """Shows BGR pictures and returns the keys that were pressed.
-
-    Attributes:
-        closed: whether the window is closed
-        held: names of the keys that are down; without the focus, no key is
-        clock: measures the time between pictures
-    """
+    """Shows BGR pictures and returns the keys that were pressed."""
 
     def __init__(self, title: str, frames_per_second: float = 30.0):
         """Open a window, whose method `show` takes at least the period of a frame.
@@ -35,9 +29,10 @@ class ImageWindow:
         Raises:
             NoDisplay: there is no display
         """
-        self.clock = pygame.time.Clock()
+        self.clock = pygame.time.Clock()  # measures the time between pictures
         self._frames_per_second: Any = frames_per_second
         self.closed = False
+        # Names of the keys that are down; without the focus, no key is
         self.held: set[str] = set()
         display = os.environ.get("DISPLAY", "")
         # Without a display, SDL would select a driver whose windows are invisible.

@@ -34,16 +34,7 @@ class Place(NamedTuple):
 
 
 class Polyline:
-    """Points with straight segments between them.
-
-    Attributes:
-        points: (x, y) of each point [m]
-        lengths: length of each segment [m]
-        headings: heading at each point, continuous, not wrapped; at an inner point the mean of the
-            two segments' headings [rad]
-        s: arc length at each point [m]
-        numbers: the same for functions that can be compiled
-    """
+    """Points with straight segments between them."""
 
     def __init__(self, points: Sequence, extend: bool = True):
         """Compute the geometry of a line.
@@ -54,13 +45,15 @@ class Polyline:
                 the line
         """
         self.points = points
+        # For functions that can be compiled
         self.numbers = line_numbers(points, extend)
         lengths, headings = self.numbers.lengths, self.numbers.headings
         if self.numbers.are_arrays:
             lengths, headings = lengths.tolist(), headings.tolist()
-        self.lengths: list[float] = lengths
+        self.lengths: list[float] = lengths  # of each segment [m]
+        # At each point, continuous, not wrapped; at an inner one the mean of both segments' [rad]
         self.headings: list[float] = headings
-        self.s = [*accumulate(lengths, initial=0.0)]
+        self.s = [*accumulate(lengths, initial=0.0)]  # arc length at each point [m]
 
     def set_headings(self, headings: list[float]) -> None:
         """Replace the headings at the points by ones that are known better [rad]."""

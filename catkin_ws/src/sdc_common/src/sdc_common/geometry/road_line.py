@@ -89,13 +89,9 @@ def sharpest_turn(points_m: np.ndarray) -> tuple[float, int]:
 
 
 def turns_rad(points: np.ndarray, s: np.ndarray, at: np.ndarray, chord_m: float) -> np.ndarray:
-    """Return the angles (M,) between the chords before and behind places (M,) of a line [rad].
+    """Return the angles (M,) between the chords before and behind places `at` (M,) [rad].
 
-    Args:
-        points: (N, 2) or (N, 3) points of the line [m]
-        s: (N,) their arc lengths [m]
-        at: (M,) places along it [m]
-        chord_m: length of the chords [m]
+    The line has points (N, 2) or (N, 3) at arc lengths `s` (N,).
     """
     before, place, behind = (interpolate(at + step, s, points) for step in (-chord_m, 0.0, chord_m))
     (x, y), (u, v) = (place - before).T[:2], (behind - place).T[:2]

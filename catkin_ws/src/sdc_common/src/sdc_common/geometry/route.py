@@ -109,15 +109,7 @@ def chord_directions(
 
 
 class Route:
-    """An open polyline of any length with smoothed heading and curvature.
-
-    Attributes:
-        points: (N, 2) points [m]
-        s: (N,) arc length at the points [m]
-        heading: (N,) heading at the points, continuous, not wrapped [rad]
-        curvature: (N,) curvature at the points, positive to the left [1/m]
-        line: the same points and headings as a Polyline that ends at its end points
-    """
+    """An open polyline of any length with smoothed heading and curvature."""
 
     def __init__(self, points_m: np.ndarray):
         """Compute the geometry of (N, 2) points.
@@ -126,8 +118,10 @@ class Route:
             ValueError: `checked_points` refuses the points
         """
         self.points = checked_points(points_m)
+        # The same points and headings as a Polyline that ends at its end points
         self.line = Polyline(self.points.tolist(), extend=False)
-        self.s = np.array(self.line.s)
+        self.s = np.array(self.line.s)  # (N,) arc lengths at the points [m]
+        # (N,) continuous headings, not wrapped [rad]; curvatures, positive to the left [1/m]
         self.heading, self.curvature = smoothed_heading_and_curvature(self.points, self.s)
         self.line.set_headings(self.heading.tolist())
         self._tree: cKDTree | None = None

@@ -19,10 +19,6 @@ def refusing(topic: str, *errors: type[Exception]) -> Iterator[None]:
     At most one warning per topic and second of wall time is logged. Simulated time may stop or
     run many times faster.
 
-    Args:
-        topic: the topic that the warning names
-        errors: further exceptions that mean a bad message
-
     Raises:
         ROSException: the block publishes to a closed topic, unless the node shuts down
     """

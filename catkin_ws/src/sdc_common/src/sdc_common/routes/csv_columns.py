@@ -147,11 +147,8 @@ def _kind(name: str) -> str:
 def check_count(fields: Sequence[str], table: Table) -> None:
     """Raise ValueError for a row with other columns, as of numbers with thousands separators."""
     if table.names:
-        count, least, most = (
-            max(n for n, field in enumerate(fields, 1) if field),
-            0,
-            len(table.names),
-        )
+        count = max(n for n, field in enumerate(fields, 1) if field)
+        least, most = 0, len(table.names)
     else:
         count = sum(map(is_number, fields))
         least = most = sum(map(is_number, table.rows[0][1]))
@@ -163,12 +160,9 @@ def check_count(fields: Sequence[str], table: Table) -> None:
 
 
 def doubt(table: Table, route: np.ndarray, refused: bool) -> str:
-    """Return why the columns x and y are perhaps others, empty if nothing speaks against them.
+    """Return why the columns of a route (N, 2) are perhaps others, empty if they are x and y.
 
-    Args:
-        table: the file
-        route: (N, 2) its coordinates
-        refused: whether no car can drive this route
+    `refused` is whether no car can drive the route.
     """
     third = [float(fields[2]) for _, fields in table.rows if is_number("".join(fields[2:3]))]
     if len(third) < len(route) or (table.x, table.y) != (0, 1):
