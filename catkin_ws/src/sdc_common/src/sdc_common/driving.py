@@ -21,6 +21,10 @@ _LEVEL_M = 2.5
 # A road between two places rises by at most this much for each metre.
 _STEEPEST = 0.08
 
+# What limits the planned speed, a name of speed_reasons in sdc_sim's config/report_page.yaml, is
+# published when it changes, and again after this simulated time: at most the controller's timeout,
+# so that the first plan after a timeout is published.
+REASON_REPEAT_NS = 250_000_000
 # x [m], y [m], target speed [m/s]
 PathPoint = Tuple[float, float, float]
 

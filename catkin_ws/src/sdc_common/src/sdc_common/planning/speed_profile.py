@@ -55,7 +55,7 @@ def limited_speeds(
         road_mps: (N,) speed limit of the road there [m/s]
 
     Returns:
-        (N,) speeds at the points [m/s], and a name of speed_reasons for each
+        (N,) speeds at the points [m/s], and a name of speed_reasons for each, see report_page.yaml
 
     Reference: N. R. Kapania, J. Subosits and J. C. Gerdes, A Sequential Two-Step Algorithm for Fast
     Generation of Vehicle Racing Trajectories, J. Dyn. Sys. Meas. Control 138(9), 2016, section 3.

@@ -7,7 +7,7 @@ import time
 import rospy
 from sdc_msgs.msg import SpeedReason
 
-from sdc_common.planning.speed_reasons import REPEAT_NS
+from sdc_common.driving import REASON_REPEAT_NS
 from sdc_common.ros.node import LoopPublisher
 
 TOPIC = "/planner/speed_reason"
@@ -27,9 +27,9 @@ class SpeedReasonPublisher:
         self._started_s = time.monotonic()
 
     def update(self, stamp: rospy.Time, reason: str, detail: str = "") -> None:
-        """Set the reason from the odometry with this stamp on; see speed_reasons."""
+        """Set the reason from the odometry with this stamp on; see report_page.yaml."""
         stamp_ns, last = stamp.to_nsec(), self._last
-        if (reason, detail) == last and 0 <= stamp_ns - self._stamp_ns < REPEAT_NS:
+        if (reason, detail) == last and 0 <= stamp_ns - self._stamp_ns < REASON_REPEAT_NS:
             return
         self._last, self._stamp_ns = (reason, detail), stamp_ns
         texts = (self._publisher, reason), (self._detail_publisher, detail)

@@ -17,7 +17,7 @@ from sdc_package.behaviour.score import Score, Scored
 from sdc_package.behaviour.simulate import simulate
 from sdc_package.braking import FIRM_MPS2, HARD_MPS2
 
-# What limits the speed, see sdc_common's speed_reasons.
+# What limits the speed, see speed_reasons of sdc_sim's config/report_page.yaml.
 OBSTACLE = "obstacle"
 # The same where going would cost this term.
 REASONS = {

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from sdc_common.driving import REASON_REPEAT_NS
 from sdc_common.geometry.road_line import road_route
 from sdc_common.geometry.route import Route
-from sdc_common.planning.speed_reasons import REPEAT_NS
 from sdc_map.crossings import limits_along
 from sdc_map.network_file import load_network
 from sdc_sim.evaluation.command_matching import COMMAND_FIELDS, CommandTrace
@@ -98,7 +98,7 @@ class DriveEvaluation:
         """
         return bool(
             (self._last_command_ns and self._last_command_ns < self._last_ns)
-            or (self._last_reason_ns and self._last_ns - self._last_reason_ns >= REPEAT_NS)
+            or (self._last_reason_ns and self._last_ns - self._last_reason_ns >= REASON_REPEAT_NS)
         )
 
     def changes(self, event: list) -> bool:
