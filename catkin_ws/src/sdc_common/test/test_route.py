@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sdc_common.geometry.angles import wrap_angle
-from sdc_common.geometry.route import Route, chord_directions
+from sdc_common.geometry.route import Route
 
 
 def circle(radius, angle, spacing=1.0):
@@ -90,24 +90,3 @@ def test_last_point_up_to_an_arc_length():
     route = Route(np.column_stack([np.arange(6.0), np.zeros(6)]))
     places = [route.last_point_s(s) for s in (-1.0, 0.5, 3.0, 3.9, 99.0)]
     assert places == [0.0, 0.0, 3.0, 3.0, 5.0]
-
-
-def test_chords_of_a_circle_are_its_tangents_but_at_the_ends():
-    """At an end, half of the chord is missing, so that it has the heading of its middle."""
-    points = circle(20.0, 2.0, spacing=0.01)
-    s = np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T)))
-    at = np.array([0.0, 1.0, 5.0, 20.0, 39.5, s[-1]])
-    chords = chord_directions(points, s, at, 1.5)
-    middles = np.array([0.75, 1.25, 5.0, 20.0, 0.5 * (38.0 + s[-1]), s[-1] - 0.75])
-    np.testing.assert_allclose(np.arctan2(*chords.T[::-1]), middles / 20.0, atol=1e-4)
-    np.testing.assert_allclose(np.hypot(*chords.T), 1.0)
-
-
-def test_chords_where_a_line_turns_back_have_the_direction_of_the_line():
-    points = np.array([[5.0, 3.0], [15.0, 3.0], [15.0, 3.2], [5.0, 3.2]])
-    s = np.array([0.0, 10.0, 10.2, 20.2])
-    at = np.linspace(0.0, 20.2, 203)
-    chords = chord_directions(points, s, at, 2.0)
-    there, back = at < 9.8, at > 10.4
-    np.testing.assert_allclose(chords[there], [[1.0, 0.0]] * there.sum(), atol=0.2)
-    np.testing.assert_allclose(chords[back], [[-1.0, 0.0]] * back.sum(), atol=0.2)

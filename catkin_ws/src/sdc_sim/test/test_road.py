@@ -36,6 +36,19 @@ def test_road_is_drawn_along_the_line_that_is_driven():
     assert road.between(road_route(coarse).points, -0.005, 0.005).all()
 
 
+def test_direction_of_the_road_is_that_of_its_circle_or_where_it_turns_back_of_its_line():
+    """At an end, half of the chord is missing, so that it has the heading of its middle."""
+    angle = np.linspace(0.0, 2.0, 41)
+    road = Road(20.0 * np.column_stack([np.sin(angle), 1.0 - np.cos(angle)]))
+    at = np.array([0.0, 1.0, 5.0, 20.0, 39.0, road.length_m])
+    middles = np.array([0.75, 1.25, 5.0, 20.0, 0.5 * (37.5 + road.length_m), road.length_m - 0.75])
+    headings = np.interp(at, road.s_m, road.heading_rad)
+    np.testing.assert_allclose(headings, middles / 20.0, atol=5e-3)
+    road = Road([[5.0, 3.0], [15.0, 3.0], [15.0, 3.2], [5.0, 3.2]])
+    np.testing.assert_allclose(road.left[road.s_m < 9.5, 1], 1.0, atol=0.1)
+    np.testing.assert_allclose(road.left[road.s_m > road.length_m - 9.5, 1], -1.0, atol=0.1)
+
+
 def test_left_edge_hides_its_fold_in_a_turn_tighter_than_its_offset():
     road = Road(LEFT_TURN)
     points, seen = lane_points(road, road.left_edge_m, along(road))
@@ -137,15 +150,3 @@ def test_scenery_is_off_every_pass_of_the_road_and_repeatable(name):
         x, y = u * half[0], v * half[1]
         body = position + np.column_stack([c * x - s * y, s * x + c * y])
         assert not road.on_road(body, margin_m=0.3).any()
-
-
-@pytest.mark.parametrize(
-    "bad",
-    [
-        *([], [[0.0, 0.0]], [[0.0, 0.0], [0.0, 0.0]], [[0.0, np.nan], [1.0, 1.0]]),
-        *([[0.0, 0.0], [np.inf, 1.0]], [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]),
-    ],
-)
-def test_route_without_a_direction_is_refused(bad):
-    with pytest.raises(ValueError):
-        Road(bad)

@@ -84,30 +84,6 @@ def smooth_step(s_m: np.ndarray, begin_m: float, length_m: float) -> np.ndarray:
     return t**3 * (10.0 - 15.0 * t + 6.0 * t * t)
 
 
-def chord_directions(
-    points_m: np.ndarray, s_m: np.ndarray, at_s_m: np.ndarray, half_chord_m: float
-) -> np.ndarray:
-    """Return the directions of the chords around places on a polyline.
-
-    Args:
-        points_m: (N, 2) points [m]
-        s_m: (N,) arc length at the points [m]
-        at_s_m: (M,) ascending arc lengths to evaluate at [m]
-        half_chord_m: distance along the line from a place to either end of its chord [m]
-
-    Returns:
-        (M, 2) unit vectors
-    """
-    ahead = np.minimum(at_s_m + half_chord_m, s_m[-1])
-    behind = np.maximum(at_s_m - half_chord_m, 0.0)
-    chord = interpolate(ahead, s_m, points_m) - interpolate(behind, s_m, points_m)
-    # Where the line turns back on itself, a chord is too short to have a direction.
-    short = np.linalg.norm(chord, axis=1) < 0.3 * (ahead - behind)
-    chord[short] = np.gradient(interpolate(at_s_m, s_m, points_m), axis=0)[short]
-    chord[np.linalg.norm(chord, axis=1) < 1e-9] = points_m[1] - points_m[0]
-    return chord / np.linalg.norm(chord, axis=1)[:, None]
-
-
 class Route:
     """An open polyline of any length with smoothed heading and curvature."""
 

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.road_line import road_line
-from sdc_common.geometry.route import checked_points, chord_directions, interpolate
+from sdc_common.geometry.route import checked_points, interpolate
 from sdc_sim.physics.traffic_lights import LANE_WIDTH_M
 from sdc_sim.road.scenery import Scenery, generate_scenery
 
@@ -79,7 +79,7 @@ class Road:
         step = max(SAMPLE_STEP_M, self.length_m / _MAX_SAMPLES)
         s = np.linspace(0.0, self.length_m, max(2, int(round(self.length_m / step)) + 1))
         points = interpolate(s, s_route, route)
-        direction = chord_directions(route, s_route, s, _HALF_CHORD_M)
+        direction = _chord_directions(route, s_route, s)
 
         lead_in = _straight(points, points[0], -direction[0], _LEAD_IN_M)
         lead_out = _straight(points, points[-1], direction[-1], _LEAD_OUT_M)
@@ -156,6 +156,18 @@ class Road:
             offsets = np.hypot(away[:, 0], away[:, 1]) * side
             inside[first + rows[(offsets >= lower_m) & (offsets <= upper_m)]] = True
         return inside
+
+
+def _chord_directions(points_m: np.ndarray, s_m: np.ndarray, at_s_m: np.ndarray) -> np.ndarray:
+    """Return the directions (M, 2) of the chords around arc lengths (M,) of a line."""
+    ahead = np.minimum(at_s_m + _HALF_CHORD_M, s_m[-1])
+    behind = np.maximum(at_s_m - _HALF_CHORD_M, 0.0)
+    chord = interpolate(ahead, s_m, points_m) - interpolate(behind, s_m, points_m)
+    # Where the line turns back on itself, a chord is too short to have a direction.
+    short = np.linalg.norm(chord, axis=1) < 0.3 * (ahead - behind)
+    chord[short] = np.gradient(interpolate(at_s_m, s_m, points_m), axis=0)[short]
+    chord[np.linalg.norm(chord, axis=1) < 1e-9] = points_m[1] - points_m[0]
+    return chord / np.linalg.norm(chord, axis=1)[:, None]
 
 
 def _straight(
