@@ -8,6 +8,7 @@ import pytest
 
 from sdc_common.configuration import node_config, package_folder
 from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
 from sdc_perception.lane_detection import DetectorSettings, LaneDetector
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
@@ -52,6 +53,22 @@ def test_lane_is_found_in_a_single_picture(road, renderer, detector, left_m, tur
     assert lane.offset_m == pytest.approx(left_m, abs=0.08)
     assert lane.heading_error_rad == pytest.approx(-turned_rad, abs=0.02)
     assert lane.confidence > 0.8
+
+
+def test_lane_filter_takes_no_windows_and_trunks_for_markings():
+    camera = CameraModel()
+    thresholds = LaneFilterThresholds(**node_config("sdc_package", "camera")["lane_filter"])
+    straight = np.column_stack([np.arange(0.0, 200.0), np.zeros(200)])
+    town = Renderer(Road(straight), camera, seed=5)
+    beside = []
+    for x_m in np.arange(0.0, 110.0, 10.0):
+        rows, columns = np.nonzero(LaneFilter(thresholds).mask(town.render(x_m, 0.0, 0.0)))
+        pixels = np.stack([columns, rows, np.ones(len(rows))])
+        rays = camera.map_from_optical(0.0) @ np.linalg.solve(camera.intrinsic_matrix(), pixels)
+        # The road is from 1.75 m right of the car to 5.25 m left of it.
+        left_m = camera.mount_z_m * rays[1] / -rays[2]
+        beside.append(np.mean(np.abs(left_m - 1.75) > 5.0))
+    assert np.mean(beside) < 0.022
 
 
 def test_lane_is_tracked_through_bends(road, renderer, detector):

@@ -18,7 +18,9 @@ from sdc_sim.road.scenery import (
 from sdc_sim.yaml_document import packaged_config
 
 _COLOURS = packaged_config("building_colours")
-
+# A hedge as high as the camera covers the foot of each wall, and the windows are above it: walls
+# and windows would have steep edges below the horizon, as markings have.
+_HEDGE_M = 1.7
 
 # Polygons (k, 4, 3) of a face or of all its panes, its normal, its colour, and whether it is panes.
 _Part = Tuple[np.ndarray, np.ndarray, np.ndarray, bool]
@@ -70,9 +72,9 @@ def _block(corners: np.ndarray, height_m: float, wall: np.ndarray) -> Iterator[_
 
 
 def _wall(a: np.ndarray, b: np.ndarray, height_m: float, colour: np.ndarray) -> Iterator[_Part]:
-    """Yield a wall from `a` to `b` (2,) and its darker base."""
+    """Yield a wall from `a` to `b` (2,) and the hedge in front of it."""
     yield _upright(a, b, 0.0, height_m, colour)
-    yield _upright(a, b, 0.0, 0.4, 0.6 * colour)
+    yield _upright(a, b, 0.0, _HEDGE_M, np.array(_COLOURS["hedge"]))
 
 
 def _upright(a: np.ndarray, b: np.ndarray, low_m: float, high_m: float, bgr: np.ndarray) -> _Part:
@@ -121,7 +123,7 @@ def _panes(a: np.ndarray, b: np.ndarray, height_m: float) -> _Part:
     length_m = float(np.hypot(*(b - a)))
     columns, floors = max(1, int(length_m / 2.6)), max(1, int(height_m / 2.9))
     u = (np.arange(columns) + 0.5) * length_m / columns - 0.6
-    u, z = (grid.ravel()[:, None] for grid in np.meshgrid(u, 3.0 * np.arange(floors) + 1.0))
+    u, z = (grid.ravel()[:, None] for grid in np.meshgrid(u, 3.0 * np.arange(floors) + _HEDGE_M))
     u, z = u + [0.0, 1.2, 1.2, 0.0], z + [0.0, 0.0, 1.3, 1.3]
     panes = np.concatenate([a + (u / length_m)[..., None] * (b - a), z[..., None]], axis=2)
     _, normal, bgr, _ = _face(panes[0], np.array(_COLOURS["glass"]))

@@ -99,8 +99,9 @@ def _tree_sprite(seed: int) -> np.ndarray:
     trunk = np.array([[192 - foot, 511], [192 + foot, 511], [199, 300], [187, 300]], np.int32)
     shaded = np.array([[194, 511], [204, 511], [199, 300], [194, 300]], np.int32)
     cv2.fillPoly(alpha, [trunk], (255,))
-    cv2.fillPoly(colour, [trunk], (46, 62, 80))
-    cv2.fillPoly(colour, [shaded], (34, 46, 60))
+    # A trunk is as bright as grass: a darker one has steep edges, as a marking has.
+    cv2.fillPoly(colour, [trunk], (70, 92, 104))
+    cv2.fillPoly(colour, [shaded], (60, 78, 90))
     tint = rng.uniform(0.85, 1.15, 3) * np.array([44.0, 100.0, 70.0])
     leaves = []
     for _ in range(230):
