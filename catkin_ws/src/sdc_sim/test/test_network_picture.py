@@ -40,10 +40,9 @@ _STREET = Network(
 )
 
 
-@pytest.fixture(scope="module", name="plane")
-def _plane():
+def plane_of(network):
     """Return a function of the brightness at points, 0..255, from tiles of the finest level."""
-    rasterizer = NetworkRasterizer(_STREET)
+    rasterizer = NetworkRasterizer(network)
 
     def at(x, y, level=0):
         size = 6.4 * 2**level
@@ -55,6 +54,11 @@ def _plane():
         return int(weights[0][row, column]), int(weights[1][row, column])
 
     return at
+
+
+@pytest.fixture(scope="module", name="plane")
+def _plane():
+    return plane_of(_STREET)
 
 
 @pytest.mark.parametrize(
@@ -85,6 +89,14 @@ def test_brightness_and_grass_of_a_place(plane, place, expected):
 
 def test_grass_has_no_weights(plane):
     assert plane(20.0, 60.0) is None
+
+
+def test_dashes_follow_a_narrow_bend():
+    angles = np.linspace(0.0, np.pi, 60)
+    bend = lane("bend", 5.25 * np.column_stack([np.sin(angles), -np.cos(angles)]), BROKEN, KERB)
+    at = plane_of(Network("bend", [bend]))
+    for s in np.arange(0.5, 2.6, 0.25):  # along the first dash, near its outer edge
+        assert at(3.55 * np.sin(s / 3.5), -3.55 * np.cos(s / 3.5))[0] > 180, s
 
 
 @pytest.mark.parametrize("level", range(6))

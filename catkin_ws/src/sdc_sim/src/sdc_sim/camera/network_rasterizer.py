@@ -20,6 +20,7 @@ _PAINT = len(_LAYERS)
 # Strips are straight pieces, at most so long and so far beside the line.
 _LONGEST_M = 20.0
 _TOLERANCE_M = 0.004
+_DASH_POINTS = 13  # of a dash, which may be in a bend; straight parts lose theirs in _add
 _DOUBLE_M = 0.14  # from the middle of a double line to each of its lines
 _STRIPE_M, _STRIPE_PERIOD_M = 0.5, 1.0
 # Strips along x by SUMO's direction.
@@ -84,7 +85,7 @@ class NetworkRasterizer:
     ) -> None:
         s = arc_lengths(points)
         for start in np.arange(0.0, s[-1] - dash_m, period_m):
-            at = np.linspace(start, start + dash_m, 3)
+            at = np.linspace(start, start + dash_m, _DASH_POINTS)
             self._add(interpolate(at, s, points), _PAINT, half_m)
 
     def _add_line(self, points: np.ndarray, kind: str) -> None:
