@@ -164,24 +164,9 @@ class ManualControlTest(unittest.TestCase):
         self.wait_for_picture(bottom_is_grass, "the end of the earlier notices")
         self.lane_invasion.publish(CarlaLaneInvasionEvent(crossed_lane_markings=[2]))
         self.wait_for_picture(lambda picture: not bottom_is_grass(picture), "the notice")
+        if rospy.get_param("~screenshot"):
+            cv2.imwrite(rospy.get_param("~screenshot"), self.display.picture(self.window))
         self.wait_for_picture(bottom_is_grass, "the end of the notice")
-
-    def test_crossed_line_shows_a_notice(self):
-        events = MessageListener(EGO + "/lane_invasion", CarlaLaneInvasionEvent)
-        events.wait_for_publisher()
-        self.display.xdotool("key", "p")
-        self.wait_for_car(lambda car: car.pose.pose.position.x > 15.0)
-        self.display.xdotool("key", "p")
-        with self.held("w", "a"):
-            event = events.wait_for(seconds=LIMIT_S)
-            self.wait_for_frames(5)
-            picture = self.display.picture(self.window)
-            if rospy.get_param("~screenshot"):
-                cv2.imwrite(rospy.get_param("~screenshot"), self.display.picture(self.window))
-        self.assertEqual(
-            list(event.crossed_lane_markings), [CarlaLaneInvasionEvent.LANE_MARKING_BROKEN]
-        )
-        self.assertGreater((picture[430:, 300:540].min(axis=2) > 240).sum(), 300)  # white text
 
     def test_escape_quits_and_returns_control(self):
         self.check_quits(lambda: self.display.xdotool("key", "Escape"))

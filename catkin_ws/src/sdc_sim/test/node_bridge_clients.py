@@ -107,15 +107,6 @@ class BridgeClientsTest(unittest.TestCase):
         self.wait_for_speed(lambda speed: speed == 0.0)
         override.publish(False)
 
-    def test_status_comes_once_a_tick(self):
-        status = MessageListener("/carla/status", CarlaStatus)
-        status.wait_for(lambda one: one.frame > status.messages[0].frame + 20)
-        frames = [one.frame for one in status.messages]
-        self.assertLessEqual(set(np.diff(frames[1:])), {1})
-        self.assertFalse(status.messages[-1].synchronous_mode)
-        self.assertTrue(status.messages[-1].synchronous_mode_running)
-        self.assertAlmostEqual(status.messages[-1].fixed_delta_seconds, 0.05, places=6)
-
     def test_ackermann_targets_are_left_to_the_node_that_converts_them(self):
         log = MessageListener("/rosout", Log, lambda one: one.name == "/sim")
         targets = rospy.Publisher(EGO + "/ackermann_cmd", AckermannDrive, queue_size=1)

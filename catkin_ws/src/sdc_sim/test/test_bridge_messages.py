@@ -70,6 +70,13 @@ def test_status_has_speed_executed_command_and_acceleration_in_the_map(world):
     assert made(world, "vehicle_status").control.gear == -1
 
 
+def test_world_status_has_the_tick_and_the_mode(world):
+    status = made(world, "world_status")
+    assert status.frame == world.simulation.tick
+    assert (status.synchronous_mode, status.synchronous_mode_running) == (False, True)
+    assert status.fixed_delta_seconds == pytest.approx(0.05)
+
+
 def test_vehicle_info_has_the_parameters_of_the_vehicle(world):
     info = made(world, "vehicle_info")
     assert (info.type, info.rolename) == ("vehicle.tesla.model3", "hero")

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import rospy
 from cv_bridge import CvBridge
+from geometry_msgs.msg import Vector3
 
 from sdc_common.processes import wait_until
 from sdc_common.routes.waypoint_file import load_waypoints
@@ -150,7 +151,7 @@ def photograph(monkeypatch, tmp_path):
 
     class Transforms:
         def sendTransform(self, transform):  # noqa: N802 (name of tf2)
-            pass
+            run.transform = transform
 
     monkeypatch.setattr(front_camera.tf2_ros, "StaticTransformBroadcaster", Transforms)
     route = tmp_path / "route.csv"
@@ -188,6 +189,9 @@ def test_each_picture_and_its_camera_info_show_the_observation_of_their_stamp(ph
     for messages in (infos, images):
         assert [one.header.stamp.to_nsec() for one in messages] == stamps
         assert {one.header.frame_id for one in messages} == {"hero/camera/rgb/front"}
+    mounted = photograph.transform
+    assert (mounted.header.frame_id, mounted.child_frame_id) == ("hero", "hero/camera/rgb/front")
+    assert mounted.transform.translation == Vector3(0.7, 0.0, 1.7)
     assert {one.step for one in images} == {4 * 640}
     renderer, boxes = Renderer(photograph.road), [obstacle_box(car), traffic_light_box(light)]
     for image, (_, state, *_) in zip(images, observations):
