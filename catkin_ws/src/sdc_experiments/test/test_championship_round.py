@@ -146,17 +146,6 @@ def test_reveal_lets_anyone_repeat_the_round(held, run, tmp_path, monkeypatch):
     assert titles[0].startswith("ada: ") and len(titles) == 4
 
 
-def test_new_driver_of_an_open_round_is_graded_alone(run, held, tmp_path):
-    (tmp_path / "bob.py").write_text(DRIVERS["bob"])
-    assert run(tmp_path, "reveal:=false")[0] == 0
-    result = tmp_path / "results" / "bob.json"
-    before = result.stat().st_mtime_ns
-    (tmp_path / "broken.py").write_text(DRIVERS["broken"])
-    assert run(tmp_path, "reveal:=false")[0] == 0
-    assert scores(tmp_path).keys() == {"bob", "broken"}
-    assert result.stat().st_mtime_ns == before
-
-
 @pytest.mark.nightly
 def test_killed_round_resumes(held, run, tmp_path):
     for name in ("ada", "bob", "cy", "dee"):

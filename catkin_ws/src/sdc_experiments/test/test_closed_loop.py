@@ -118,8 +118,6 @@ def test_controller_brakes_when_the_planner_has_no_path():
         ({"scenario": "slalon"}, "unknown scenario 'slalon'; did you mean 'slalom'?"),
         ({"sim_options": {"frction": 1.0}}, "sim_options: unknown parameter 'frction'; did you"),
         ({"sim_options": {"friction": -1.0}}, "friction must be"),
-        ({"sim_options": {"start": 3.0}}, "sim_options: 'start' is a section"),
-        ({"sim_options": {"start": {"left": 1.0}}}, "section 'start': unknown parameter 'left'"),
         ({"planner_options": {"lookahead": 3}}, "planner_options: unknown parameter 'lookahead'"),
         ({"controller_options": {"pid": {"k": 3}}}, "controller_options, section 'pid': unknown"),
         ({"referee_options": {"blocked": 3}}, "referee_options: unknown parameter 'blocked'"),

@@ -19,8 +19,7 @@ from sdc_experiments.learning import merge, traffic_world
 from sdc_experiments.learning.observation import NAMES
 from sdc_experiments.learning.traffic_environment import TRAFFIC_NAMES
 from sdc_experiments.learning.train import drive, train
-from sdc_map.network_file import load_network
-from sdc_testing.street_maps import needs_maps, needs_traffic, town
+from sdc_testing.street_maps import needs_maps
 
 pytestmark = pytest.mark.slow(12)
 
@@ -231,21 +230,6 @@ def test_nearest_obstacle_or_red_light_is_observed(scenario, at_m, ahead_m):
     environment = gymnasium.make("SdcScenario-v0", scenario=scenario, sim_options=options)
     seen, _ = environment.reset(seed=0)
     assert entry(seen, "obstacle_ahead_m") == pytest.approx(ahead_m, abs=0.01)
-
-
-@needs_traffic
-def test_road_users_and_lights_of_a_map_are_observed(tmp_path):
-    path = town(tmp_path)
-    options = {"map_path": path, "traffic": 25, "start": {"along_m": 10.0}}
-    route = load_network(path).lanes["a_0"].points_m
-    environment = gymnasium.make("SdcScenario-v0", route=route, sim_options=options)
-    drives = []
-    for _ in range(2):
-        environment.reset(seed=3)
-        drives.append([environment.step(np.array([0.4, 0.0]))[0] for _ in range(150)])
-    assert np.array_equal(*drives)
-    ahead_m = [float(entry(seen, "obstacle_ahead_m")) for seen in drives[0]]
-    assert min(ahead_m) < 50.0 and len(set(ahead_m)) > 10
 
 
 @needs_maps

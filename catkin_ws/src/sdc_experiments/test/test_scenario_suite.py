@@ -64,15 +64,6 @@ def test_types_are_driven_scored_and_shown(driven):
 
 
 @needs_maps
-@pytest.mark.slow(15)
-def test_drive_without_a_cluster_is_the_same(driven, tmp_path):
-    page = tmp_path / "page.html"
-    run_words("ParkedObstacle", "seeds:=7-7", "naive:=0", f"report:={page}")
-    (row,) = json.loads(page.with_suffix(".json").read_text())["rows"]
-    assert row in json.loads(driven[2].with_suffix(".json").read_text())["rows"]
-
-
-@needs_maps
 @pytest.mark.nightly
 @pytest.mark.slow(30)
 def test_nodes_of_a_stack_are_driven_and_scored(tmp_path, capsys):

@@ -48,14 +48,6 @@ def test_cars_follow_each_other_to_the_end_and_repeat_bit_for_bit():
     assert traces(drive_cars(route=ROUTE, cars=3)) == traces(results)
 
 
-def test_cars_that_meet_have_a_collision_in_both_reports():
-    drivers = {"hero1": Constant(brake=1.0), "ego_vehicle": Constant(throttle=0.6)}
-    results = drive_cars(route=ROUTE, drivers=drivers)
-    assert [one.metrics["status"] for one in results.values()] == ["collision"] * 2
-    counts = [one.metrics["infractions"]["collision_vehicle"] for one in results.values()]
-    assert counts == [1, 1]
-
-
 def test_car_stops_behind_a_standing_one_and_drives_on_when_that_drive_has_ended():
     options = {"sim_options": {"next_car": {"along_m": 30.0}}, "referee_options": {"blocked_s": 10}}
     results = drive_cars(route=ROUTE, drivers={"hero1": Constant(brake=1.0)}, **options)

@@ -118,7 +118,9 @@ def test_interrupted_sweep_continues_with_the_drives_that_are_missing(study, sta
     def sweep():
         return start(sys.executable, SCRIPT, study, "--output", folder, "--workers", "1")
 
-    interrupt_after(1, sweep(), folder)
+    first = sweep()
+    interrupt_after(1, first, folder)
+    assert "Traceback" not in first.output and (folder / "study.html").is_file()
     before = rows(folder)
     second = sweep()
     assert second.wait_for_end(LIMIT_S) == 1, second.output
@@ -163,32 +165,25 @@ def test_no_drive_is_lost_or_repeated_and_none_depends_on_its_worker(
 
 
 def check_kills_on_this_machine(study, start, folder, expected):
-    """Sweep with two processes: interrupt the sweep, kill a process, kill the sweep, let it end."""
+    """Sweep with two processes: kill a process, kill the sweep, let it end."""
 
     def sweep():
         return start(sys.executable, SCRIPT, study, "--output", folder, "--workers", "2")
 
-    # Dask prints a traceback of a process that is interrupted while it starts: kill none before.
     first = sweep()
-    interrupt_after(4, first, folder)
-    assert "Traceback" not in first.output
-    assert (folder / "study.html").is_file()
-    interrupted = rows(folder)
-
-    second = sweep()
-    wait_for_rows(folder, len(interrupted) + 1, second)
-    victim = children(second)[0]
+    wait_for_rows(folder, 1, first)
+    victim = children(first)[0]
     victim.kill()
-    wait_for(lambda: has_ended(victim), second)
-    wait_for_rows(folder, len(interrupted) + 4, second)
-    workers = children(second)
-    second.process.kill()
-    second.process.wait()
-    wait_for(lambda: all(map(has_ended, workers)), second)
+    wait_for(lambda: has_ended(victim), first)
+    wait_for_rows(folder, 4, first)
+    workers = children(first)
+    first.process.kill()
+    first.process.wait()
+    wait_for(lambda: all(map(has_ended, workers)), first)
     killed = rows(folder)
 
-    third = sweep()
-    assert third.wait_for_end(LIMIT_S) == 1, third.output
+    second = sweep()
+    assert second.wait_for_end(LIMIT_S) == 1, second.output
     done = rows(folder)
     assert done[: len(killed)] == killed, "a finished drive was changed"
     assert traces(folder) == expected

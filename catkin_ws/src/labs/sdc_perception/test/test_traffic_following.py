@@ -59,18 +59,6 @@ def test_car_stops_behind_a_standing_car(follower, rows):
     assert limited[:, :2] == pytest.approx(rows[:, :2])
 
 
-def test_car_follows_a_slow_car(follower, rows):
-    limited = follower.limited(rows, CAR, 4.0, [body(10.0, speed_mps=4.0)], [])
-    assert limited[6, 2] == pytest.approx(4.0, abs=0.2)
-
-
-def test_car_brakes_for_a_pedestrian_before_the_lane(follower, rows):
-    walking = body(20.0, -3.5, 1.4, 0.5 * math.pi, "pedestrian")
-    assert stop_m(follower.limited(rows, CAR, 8.0, [walking], [])) < 15.0
-    away = body(20.0, -3.5, 1.4, -0.5 * math.pi, "pedestrian")
-    assert stop_m(follower.limited(rows, CAR, 8.0, [away], [])) == math.inf
-
-
 @pytest.mark.parametrize("state", [RED, YELLOW])
 def test_front_of_the_car_stops_before_the_line(follower, rows, state):
     front_m = stop_m(follower.limited(rows, CAR, 8.0, [], [light(state, 28.0)])) + FRONT_M
