@@ -92,14 +92,10 @@ def test_centre_lines_are_those_of_an_independent_reader(name, tmp_path):
     assert outside_m <= 0.05
 
 
-def test_junctions_of_opendrive_are_within_20_cm(tmp_path):
-    path = town(tmp_path, "--opendrive-output", "town.xodr")
-    outside_m, inside_m, uncovered_m = largest_distances_m(path)
-    assert (outside_m <= 0.05, inside_m <= 0.2, uncovered_m <= 0.3) == (True, True, True)
-
-
-@pytest.mark.parametrize("path", _OTHERS)
-def test_maps_of_carla_are_within_5_and_20_cm(path):
+@pytest.mark.parametrize("path", ["", *_OTHERS], ids=os.path.basename)
+def test_maps_with_junctions_are_within_5_and_20_cm(tmp_path, path):
+    """The first map is a town of streets, the others are those of the folder SDC_MAPS."""
+    path = path or town(tmp_path, "--opendrive-output", "town.xodr")
     outside_m, inside_m, uncovered_m = largest_distances_m(path)
     assert (outside_m <= 0.05, inside_m <= 0.2, uncovered_m <= 0.3) == (True, True, True)
 

@@ -4,19 +4,16 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
+from test_drivable import assert_routes_are_drivable
 from test_mirror import assert_is_mirror_image
 
 from sdc_map import random_town
-from sdc_map.lane_graph import LaneGraph, drawn_places
 from sdc_map.map_file import map_file, town_seeds
-from sdc_map.mission import plan_mission
 from sdc_map.network import STOP
 from sdc_map.network_file import MapError, load_network
 from sdc_testing.street_maps import needs_maps
 
 pytestmark = needs_maps
-_FOLD_M = 0.5
-_ROUTES = 6
 
 
 @pytest.fixture(name="cache", autouse=True)
@@ -40,14 +37,7 @@ def assert_is_town(seed):
         assert_lights_are_safe(junction)
         stops = {one.start for one in junction.connections if one.line == STOP}
         assert all(one.line == STOP for one in junction.connections if one.start in stops)
-    lanes = LaneGraph(network)
-    for drive in range(_ROUTES):
-        start, goal = drawn_places(lanes, drive)
-        points = plan_mission(lanes, [goal], *start).points_m
-        steps = np.diff(points, axis=0)
-        for at, step in enumerate(steps[:-1]):
-            along_m = (points[at + 1 : at + 5] - points[at + 1]) @ step / np.hypot(*step)
-            assert (np.maximum.accumulate(along_m) - along_m).max() < _FOLD_M, (seed, drive, at)
+    assert_routes_are_drivable(network, 6)
     return network
 
 
