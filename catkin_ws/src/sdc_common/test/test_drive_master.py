@@ -163,22 +163,3 @@ def test_parameters_of_a_joined_world_are_kept(port):
     subprocess.run(program, env={**os.environ, "ROS_MASTER_URI": uri}, check=True)
     assert ServerProxy(uri).getParam("/test", "/sim")[2] == {"friction": 0.6}
     server.stop()
-
-
-def test_second_program_prints_how_to_join_its_master():
-    program = [sys.executable, "-m", "sdc_common.ros.drive_master", "drive"]
-    show = [sys.executable, "-c", "import os; print(os.environ['ROS_MASTER_URI'], flush=True)"]
-    wait = [*show[:-1], show[-1] + "; input()"]
-    environment = {**os.environ, "ROS_MASTER_URI": "http://127.0.0.1:11311"}
-    with subprocess.Popen(
-        [*program, *wait], env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    ) as first:
-        first.stdout.readline()
-        second = subprocess.run(
-            [*program, *show], env=environment, capture_output=True, text=True, check=True
-        )
-        first.communicate("\n")
-    uri = second.stdout.strip()
-    assert uri != "http://127.0.0.1:11311"
-    assert second.stderr.startswith("drive: the default ROS master is in use by")
-    assert f"\n    export ROS_MASTER_URI={uri}\n" in second.stderr

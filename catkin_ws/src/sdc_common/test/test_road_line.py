@@ -8,7 +8,6 @@ from scipy.spatial import cKDTree
 
 from sdc_common.geometry.road_line import arc_lengths, noise_of, road_line, road_route
 from sdc_common.geometry.route import Route
-from sdc_common.planning.speed_profile import SpeedLimits, limited_speeds
 
 FINE_M = 0.01
 SPACINGS_M = (0.2, 0.4, 1.0, 2.0, 3.5, 5.0, 10.0, 20.0)
@@ -46,23 +45,6 @@ def test_clothoid_has_its_curvature_at_any_spacing(radius_m, spacing_m):
     inner = (route.s > 5.0) & (route.s < route.length_m - 5.0)
     expected = np.interp(route.s[inner], s, curvature)
     np.testing.assert_allclose(route.curvature[inner], expected, atol=0.05 / radius_m)
-
-
-def planned_duration_s(route, limits):
-    speed_mps, _ = limited_speeds(route.s, route.curvature, limits)
-    return np.sum(np.diff(route.s) / (0.5 * (speed_mps[:-1] + speed_mps[1:])))
-
-
-@pytest.mark.parametrize("speed_mps", [10.0, 25.0])
-@pytest.mark.parametrize(("radius_m", "spacing_m"), cases())
-def test_planned_time_does_not_depend_on_the_spacing(radius_m, spacing_m, speed_mps):
-    limits = SpeedLimits(speed_mps, 3.0, 1.8, 2.5, 6.0)
-    _, points, _ = bend(radius_m, max(0.5 * radius_m, 20.0), 2.0, 100.0)
-    fine = Route(every(points, 1.0))
-    route = road_route(every(points, spacing_m))
-    scale = route.length_m / fine.length_m
-    expected_s = scale * planned_duration_s(fine, limits)
-    assert planned_duration_s(route, limits) == pytest.approx(expected_s, rel=0.03)
 
 
 def test_fine_and_exact_waypoints_are_the_line():

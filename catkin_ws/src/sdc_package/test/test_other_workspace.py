@@ -216,10 +216,8 @@ def test_check_in_an_overlay_drives_its_launch_file_in_our_world(
 @pytest.mark.parametrize(
     ("arguments", "parts"),
     [
-        (["workspace:={}", "stack:=sdc_package/all.launch"], ["{}", "has no 'all.launch'"]),
         (["workspace:={}"], ["{}", "has no 'stack.launch'", "stack:=PACKAGE/FILE.launch"]),
         (["stack:={}/src/sdc_package/launch/nodes.launch"], ["add workspace:={}"]),
-        (["workspace:=nowhere"], ["workspace:=nowhere", "there is no such folder"]),
     ],
 )
 def test_stack_that_cannot_drive_ends_with_one_line(

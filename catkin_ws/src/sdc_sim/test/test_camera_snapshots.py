@@ -36,12 +36,6 @@ def test_jpeg_has_the_colours_of_the_image_and_a_small_size(encoding, pixel):
 def test_unsupported_images_give_no_jpeg():
     assert encode_jpeg(image("32FC1", (0, 0, 0, 0)), 480, 80) is None
     assert encode_jpeg(Image(), 480, 80) is None
-    torn = image("rgb8", ORANGE)
-    torn.data = torn.data[:-1]
-    assert encode_jpeg(torn, 480, 80) is None
-    wide = image("rgb8", ORANGE)
-    wide.width = 10_000
-    assert encode_jpeg(wide, 480, 80) is None
 
 
 class Camera:

@@ -114,11 +114,6 @@ def test_known_fields_are_read_whatever_the_others_are(fields):
     assert waypoint_rows(message, "x", "y") == [(1.0, 2.0), (4.0, 5.0)]
 
 
-def test_message_of_a_known_class_is_read():
-    path = LocalPath([Waypoint(1.0, 2.0, 3.0)])
-    assert waypoint_rows(path, "x", "y", "v") == [(1.0, 2.0, 3.0)]
-
-
 def test_definition_without_the_fields_is_refused_with_its_name():
     with pytest.raises(ValueError, match="other/LocalPath needs a list 'waypoints' with .* v;"):
         waypoint_rows(received([{"x": 1.0, "y": 2.0}], ("x", "y")), "x", "y", "v")

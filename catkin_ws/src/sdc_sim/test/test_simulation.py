@@ -110,15 +110,6 @@ def test_obstacle_without_contact_does_not_change_a_bit_of_the_drive():
     assert alone.vehicle.state == passing.vehicle.state
 
 
-def test_vehicle_is_not_placed_on_an_obstacle():
-    with pytest.raises(OccupiedError, match="pedestrian at"):
-        make_simulation(obstacles=obstacle_at(2.0, kind="pedestrian"))
-    simulation = make_simulation(obstacles=obstacle_at(10.0))
-    with pytest.raises(OccupiedError, match="obstacle at"):
-        simulation.place(9.0, 0.0, 0.0)
-    assert simulation.vehicle.state.x_m == 0.0
-
-
 @pytest.mark.slow(3)
 @settings(max_examples=60, deadline=None)
 @given(
