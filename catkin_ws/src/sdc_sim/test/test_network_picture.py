@@ -12,7 +12,7 @@ from sdc_sim.camera.network_rasterizer import NetworkRasterizer
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.camera.signs import sign
 from sdc_sim.road.network_scenery import network_scenery
-from sdc_sim.road.scenery import SIGN, STOP_SIGN, Scenery
+from sdc_sim.road.scenery import SIGN, STOP_SIGN, TREE, Scenery
 
 pytestmark = pytest.mark.slow(3)
 
@@ -111,6 +111,16 @@ def test_scenery_is_beside_the_lanes():
     assert np.array_equal(scenery.position_m, network_scenery(_STREET, 0).position_m)
     for x, y in scenery.position_m[scenery.kind != SIGN]:
         assert math.dist((min(max(x, 0.0), 70.0), 0.0), (x, y)) > 3.0
+
+
+@pytest.mark.parametrize(("limit_kmh", "has_buildings"), [(50.0, True), (90.0, False)])
+def test_no_building_is_near_a_motorway(limit_kmh, has_buildings):
+    points = np.array([(0.0, 0.0), (900.0, 0.0)])
+    lanes = RoadLane("m", points, 3.5, limit_kmh / 3.6), RoadLane("s", points + (0, 90), 3.5, 10.0)
+    beside = network_scenery(Network("m", lanes), 0)
+    built = np.abs(beside.position_m[beside.kind != TREE, 1])
+    assert (built.min() < 40.0) == has_buildings
+    assert ((built > 60.0) & (built < 120.0)).sum() > 5, "the street beside it has its own"
 
 
 def test_signs_are_right_of_lanes_where_right_of_way_and_limits_change():

@@ -12,8 +12,10 @@ from sdc_sim.road.scenery import (
     PRIORITY_SIGN,
     SIGN,
     STOP_SIGN,
+    TREE,
     YIELD_SIGN,
     Scenery,
+    chosen,
     generate_scenery,
 )
 
@@ -21,6 +23,9 @@ _SLOT_M = 11.0
 _STEP_M = 1.0
 _SIGN_M = (0.08, 0.65, 2.6)  # length, width and height
 _BESIDE_M = 0.75  # from the edge of a lane to the middle of a sign
+# Beside a road whose limit is higher, such as a motorway, there are trees and no buildings:
+_TOWN_LIMIT_MPS = 85.0 / 3.6
+_TO_BUILDINGS_M = 60.0  # from the middle of its lanes to the middle of the nearest building
 
 
 def of_map(path: str) -> Scenery:
@@ -29,7 +34,10 @@ def of_map(path: str) -> Scenery:
 
 
 def network_scenery(network: Network, seed: int) -> Scenery:
-    """Return trees, buildings and signs beside the outer lanes, none on a lane."""
+    """Return trees, buildings and signs beside the outer lanes, none on a lane.
+
+    No building is near a motorway or another fast road.
+    """
     y_sign, network = network.y_sign, network.right_hand
     outer = [one for one in network.driving if not one.junction and not one.right]
     ends_m = np.cumsum([lane.length_m for lane in outer])
@@ -49,7 +57,7 @@ def network_scenery(network: Network, seed: int) -> Scenery:
     samples = [
         lane.at(np.arange(0.0, lane.length_m + _STEP_M, _STEP_M)) for lane in network.driving
     ]
-    tree = cKDTree(np.vstack(samples))
+    tree = cKDTree(np.vstack([*samples, *network.bays]))
 
     def on_road(points_m: np.ndarray, margin_m: float) -> np.ndarray:
         return tree.query(points_m)[0] < half_m + MARGIN_M + margin_m
@@ -57,6 +65,11 @@ def network_scenery(network: Network, seed: int) -> Scenery:
     edge_m = half_m + MARGIN_M
     slots = np.arange(0.0, ends_m[-1], _SLOT_M)
     beside = generate_scenery(at, slots, (-edge_m, edge_m), on_road, seed)
+    limits_mps = [lane.speed_limit_mps for lane in network.driving]
+    fast = [points for points, limit in zip(samples, limits_mps) if limit > _TOWN_LIMIT_MPS]
+    if fast:
+        is_near = cKDTree(np.vstack(fast)).query(beside.position_m)[0] < _TO_BUILDINGS_M
+        beside = chosen(beside, np.flatnonzero(~is_near | (beside.kind == TREE)))
     columns = zip(vars(beside).values(), _signs(network))
     kind, position_m, yaw_rad, *others = (np.concatenate(pair) for pair in columns)
     return Scenery(kind, position_m * (1.0, y_sign), y_sign * yaw_rad, *others)
