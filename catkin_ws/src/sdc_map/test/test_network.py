@@ -443,6 +443,14 @@ def test_line_between_lanes_that_begin_at_other_places_is_painted_once():
     assert sorted(kinds) == [BROKEN, BROKEN, SOLID, SOLID]
 
 
+def test_lines_do_not_fold_where_a_lane_ends_with_a_short_corner():
+    points = [*((x, 0.0) for x in np.arange(0.0, 20.1, 0.25)), (20.05, -0.1)]
+    lane = RoadLane("corner", np.array(points), 4.0, 10.0, SOLID, SOLID)
+    for line in Network("corner", [lane]).lines():
+        assert (np.diff(line.points_m[:, 0]) > 0.5).all()
+        assert np.abs(np.abs(line.points_m[:, 1]) - 2.0).max() < 0.2
+
+
 def test_light_of_a_junction_is_not_at_a_joint_of_two_roads_near_it(tmp_path):
     signal = '<signal id="1" s="58" t="-4" dynamic="yes" orientation="+" type="1000001"/>'
     text = chain(60.0, 60.0).replace("</lanes>", f"</lanes><signals>{signal}</signals>", 1)

@@ -96,7 +96,7 @@ def test_dashes_follow_a_narrow_bend():
     bend = lane("bend", 5.25 * np.column_stack([np.sin(angles), -np.cos(angles)]), BROKEN, KERB)
     at = plane_of(Network("bend", [bend]))
     for s in np.arange(0.5, 2.6, 0.25):  # along the first dash, near its outer edge
-        assert at(3.55 * np.sin(s / 3.5), -3.55 * np.cos(s / 3.5))[0] > 180, s
+        assert at(3.53 * np.sin(s / 3.5), -3.53 * np.cos(s / 3.5))[0] > 180, s
 
 
 @pytest.mark.parametrize("level", range(6))

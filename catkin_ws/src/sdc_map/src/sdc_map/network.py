@@ -7,7 +7,7 @@ axis of CARLA points to the right: its (x, y) is (x, -y) here. `network_file` re
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Iterable, Mapping, NamedTuple, Sequence
 
@@ -97,6 +97,14 @@ class RoadLane:
     def height_at(self, s_m: np.ndarray | float) -> np.ndarray:
         """Return the height at an arc length, or at several, clamped to the line [m]."""
         return np.interp(s_m, self.s_m, self.z_m)
+
+    def thinned(self) -> RoadLane:
+        """Return the lane with points that are about 1 m apart, or farther.
+
+        Where a file has corners, the lines beside a lane would fold between points that are closer.
+        """
+        rows = np.unique([*np.searchsorted(self.s_m, self.samples_m), len(self.s_m) - 1])
+        return replace(self, points_m=self.points_m[rows], z_m=self.z_m[rows])
 
     def beside(self, offset_m: float) -> np.ndarray:
         """Return the line (N, 2) parallel to the centre line, positive to the left [m]."""
@@ -348,10 +356,11 @@ class Network:
         found: dict[str, list[tuple[float, ...]]] = {}
         lines = []
         for lane in self.driving:
+            smooth = lane.thinned()
             for side, kind in ((0.5, lane.left_marking), (-0.5, lane.right_marking)):
                 if kind == NONE or len(lane.points_m) < 2:
                     continue
-                line = Line(lane.beside(side * lane.width_m), kind, lane.z_m)
+                line = Line(smooth.beside(side * lane.width_m), kind, smooth.z_m)
                 s_m = arc_lengths(line.points_m)
                 length_m = float(s_m[-1])
                 middle, ahead = interpolate(

@@ -39,7 +39,7 @@ class NetworkRasterizer:
         for lane in network.driving:
             half_m = 0.5 * lane.width_m
             for layer, (_, _, beyond_m) in enumerate(_LAYERS):
-                self._add(lane.points_m, layer, half_m + beyond_m)
+                self._add(lane.thinned().points_m, layer, half_m + beyond_m)
         for line in network.lines():
             if line.kind != KERB:
                 self._add_line(line.points_m, line.kind)
