@@ -19,7 +19,8 @@ LEAGUES = ("control", "driving")
 def run(drives: int, place: Path) -> int:
     """Drive the driver of a workspace, print its score and place, and keep the best score.
 
-    In each league it drives on the seeds 1, 2, 3, ... Return 0 when no drive had a problem.
+    In each league it drives on the seeds 1, 2, 3, ... Return 0 when no drive had a problem. After a
+    league in which each drive has one, it stops.
 
     Raises:
         WorkspaceError: there is no workspace, or no driver in it
@@ -39,7 +40,12 @@ def run(drives: int, place: Path) -> int:
         if not record.is_file():
             return done.returncode
         status = status or done.returncode
-        results[record.with_suffix(".html")] = json.loads(record.read_text(encoding="utf-8"))
+        result = json.loads(record.read_text(encoding="utf-8"))
+        problems = [row["problem"] for row in result["rows"]]
+        if all(problems):
+            print(f"\nmy-car: no drive worked: {problems[0]}")
+            return done.returncode
+        results[record.with_suffix(".html")] = result
     score = mean(result["score"] for result in results.values())
     others = [result["baselines"] for result in results.values()]
     names = set.intersection(*map(set, others))

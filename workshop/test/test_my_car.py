@@ -18,7 +18,7 @@ def folder(tmp_path):
     return tmp_path / "ws"
 
 
-def drive(monkeypatch, scores):
+def drive(monkeypatch, scores, problem=""):
     """Let the championship write these scores of two drives, and no record for None."""
     asked = []
 
@@ -30,13 +30,13 @@ def drive(monkeypatch, scores):
             found = {
                 "league": words["league"],
                 "score": sum(of_drives) / 2,
-                "rows": [{"score": score} for score in of_drives],
+                "rows": [{"score": score, "problem": problem} for score in of_drives],
                 "baselines": BASELINES[words["league"]],
             }
             report = Path(words["report"])
             report.mkdir(parents=True, exist_ok=True)
             (report / "driver.json").write_text(json.dumps(found))
-        return my_car.subprocess.CompletedProcess(command, int(not of_drives))
+        return my_car.subprocess.CompletedProcess(command, int(not of_drives or problem > ""))
 
     monkeypatch.setattr(my_car.subprocess, "run", run)
     return asked
@@ -65,3 +65,11 @@ def test_my_car_that_cannot_be_measured_keeps_nothing(folder, monkeypatch):
     drive(monkeypatch, {"control": (), "driving": ()})
     assert my_car.run(2, folder) == 1
     assert progress.best_car(folder) is None
+
+
+def test_my_car_stops_after_a_league_in_which_no_drive_worked(folder, monkeypatch, capsys):
+    (folder / "driver.py").write_text("class Driver: pass\n")
+    asked = drive(monkeypatch, SCORES, problem="it did not start: line 5: no attribute 'heading'")
+    assert my_car.run(2, folder) == 1
+    assert asked == [("control", "2")] and progress.best_car(folder) is None
+    assert capsys.readouterr().out.count("line 5") == 1
