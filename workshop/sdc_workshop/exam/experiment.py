@@ -79,10 +79,8 @@ class Experiment:
         prediction = str(_read(self.folder / PREDICTIONS).get(self.id, "")).lower()
         if prediction not in self.choices:
             choices = "  ".join(f"{key}: {text}." for key, text in self.choices.items())
-            return listed(
-                "no_prediction", id=self.id, seen=prediction or "none", question=self.question,
-                choices=choices,
-            )  # fmt: skip
+            texts = {"question": self.question, "choices": choices}
+            return listed("no_prediction", id=self.id, seen=prediction or "no such line", **texts)
         reports = [_read(self.folder / name) for name in (_BASE, report_name)]
         for name, report in zip((_BASE, report_name), reports):
             if self.metric not in report:
