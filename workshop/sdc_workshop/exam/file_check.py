@@ -174,7 +174,7 @@ class FileCheck(RegionCheck):
         found = [word for words in mine for word in _after(words, keyword, until)]
         for word in right:
             if word not in found:
-                near = difflib.get_close_matches(word, found, 1, 0.75)
+                near = difflib.get_close_matches(word, {*found} - {*right}, 1, 0.75)
                 spelt = f"Is {near[0]} misspelt? " if near else ""
                 name = word.replace(_BIN_VALUE, _BIN)
                 hint = f"{spelt}{name} is missing. {row['why']}"

@@ -83,12 +83,13 @@ def _meanings() -> list:
     return yaml.safe_load(Path(__file__).with_name("meanings.yaml").read_text(encoding="utf-8"))
 
 
-def meaning(crash: Crash) -> str:
-    """Return what an exception means and how to fix it, for a beginner."""
-    for kind, pattern, text in _meanings():
-        match = re.search(pattern, crash.text)
-        if crash.kind == kind and match:
-            return text.format(*match.groups())
+def meaning(crash: Crash, program: str = "") -> str:
+    """Return what an exception in a program means and how to fix it, for a beginner."""
+    for kind, pattern, text, *nearby in _meanings():
+        match = re.search(pattern, crash.text) if crash.kind == kind else None
+        found = match and re.search("".join(nearby).format(*match.groups()), program)
+        if match and found:
+            return text.format(*match.groups(), *found.groups())
     return (
         "Read the last line of the error first; it happened in the line of your file that is named "
         "above."

@@ -77,7 +77,7 @@ class RegionCheck:
         place = f", in `{shown}`" if shown else ""
         if found.library_line and shown:
             place += f" (raised in {found.library_line})"
-        hint = meaning(found)
+        hint = meaning(found, variant.text + solution_text(self.file))
         for todo in variant.judged if len(variant.judged) == 1 else ():
             hint = f"{hint} {in_full(hint_of(self._step(todo)).hint)}"
         expected, seen = f"{path.name} runs without an error", f"{found.error[:300]}{place}"
