@@ -212,6 +212,7 @@ def car_at(street, ahead_m, left_m, turned_rad, speed_mps):
         ((20.0, WIDTH_M, np.pi), 8.0, False),  # on its own lane
         ((-9.0, 0.0, 0.0), 20.0, False),  # is behind, where braking does not help
         ((-60.0, -WIDTH_M, 0.05), 39.0, False),  # comes from behind into the lane of the car
+        ((-7.0, -2.5, 0.15), 14.0, False),  # the same, beside the car by then
         ((-8.0, 1.5, np.pi), 8.0, False),  # has passed the car
     ],
 )

@@ -63,6 +63,14 @@ def test_car_that_has_pushed_brakes_gently_at_first_unless_it_is_late(target_mps
     assert min(now) == pytest.approx(-3.9)
 
 
+def test_slow_car_that_has_pushed_brakes_at_once_for_an_emergency():
+    speed = control()
+    for _ in range(20):
+        speed.acceleration(3.0, 0.0, 1.5, TICK_S)
+    now = [speed.acceleration(0.0, 0.0, 1.5, TICK_S) for _ in range(8)]
+    assert now[-1] == pytest.approx(-3.9)
+
+
 def test_speed_settles_with_little_overshoot():
     speed, v, top = control(), 0.0, 0.0
     for _ in range(600):

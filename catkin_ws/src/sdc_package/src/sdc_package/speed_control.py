@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sdc_package.braking import (
     COASTING_MPS2,
-    FIRM_MPS2,
+    HARD_MPS2,
     ComfortRange,
     SpeedControlLimits,
     SpeedStep,
@@ -63,7 +63,7 @@ class SpeedControl:
             # What a slow start has gathered must not push the car past a stop.
             self.pid.integral = min(self.pid.integral, 0.0)
         if target_mps == 0.0 and speed_mps > _TOO_FAST_MPS:  # after a stop, nothing is planned
-            planned_mps2 = min(planned_mps2, -FIRM_MPS2)
+            planned_mps2 = min(planned_mps2, -HARD_MPS2)
         lowest_mps2, greatest_mps2 = self._comfort.next_range(
             step._replace(planned_mps2=planned_mps2)
         )

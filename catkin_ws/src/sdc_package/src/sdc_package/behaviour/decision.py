@@ -10,7 +10,7 @@ import numpy as np
 
 from sdc_map.crossings import BESIDE_M, OVER_M
 from sdc_package.behaviour.junctions import Claim, claims_of, taken_s
-from sdc_package.behaviour.predict import STEP_S, Predictor
+from sdc_package.behaviour.predict import STEP_S, STEPS, Predictor
 from sdc_package.behaviour.propose import KEEP, Proposal, proposals, ways
 from sdc_package.behaviour.scene import AT_REST_MPS, Stop, StreetScene
 from sdc_package.behaviour.score import Score, Scored
@@ -29,27 +29,18 @@ REASONS = {
 
 @dataclass(frozen=True)
 class Decision:
-    """What the car does until the next decision.
+    """What the car does until the next decision."""
 
-    Attributes:
-        proposal: the best proposal, None if no one is near
-        s_m: arc lengths (T,) at which the car will be, see `simulate` [m]
-        speed_mps: its speeds there, none where no road user or stop is near its way [m/s]
-        reason: what limits the speed, "" if nothing does
-        detail: the two best proposals and what separated them, or whom the car follows
-        brakes_hard: whether the car brakes as hard as it can
-        proposals: all that the car could do
-        scored: the scores of them, None without any
-    """
-
-    proposal: Proposal | None = None
-    s_m: Sequence[float] = ()
+    proposal: Proposal | None = None  # the best one, None if no one is near
+    s_m: Sequence[float] = ()  # arc lengths (T,) at which the car will be, see `simulate` [m]
+    # Its speeds there, none where no road user or stop is near its way [m/s].
     speed_mps: Sequence[float] = ()
-    reason: str = ""
+    reason: str = ""  # what limits the speed, "" if nothing does
+    # The two best proposals and what separated them, or whom the car follows.
     detail: str = ""
-    brakes_hard: bool = False
-    proposals: Sequence[Proposal] = ()
-    scored: Scored | None = None
+    brakes_hard: bool = False  # whether the car brakes as hard as it can
+    proposals: Sequence[Proposal] = ()  # all that the car could do
+    scored: Scored | None = None  # the scores of them, None without any
 
     @property
     def options(self) -> list[tuple[str, float, dict[str, float]]]:
@@ -98,8 +89,10 @@ def decide(scene: StreetScene, predictor: Predictor, score: Score, keeps_route: 
         of_term = "" if term == "progress" else f" for {term}"
         return f"{found[worse]}: {gain_m:.0f} m less{of_term}"
 
-    # The best proposal still has a contact, before a hard stop could avoid it.
-    contacts_s = np.where(others.goes_on, result.contact_s[best], math.inf)
+    # The best proposal still meets someone who is then ahead, before a hard stop could avoid it.
+    steps = np.minimum(result.contact_s[best] / STEP_S, STEPS - 1.0).astype(int)
+    ahead = others.s_m[steps, np.arange(len(steps))] > result.s_m[steps, best]
+    contacts_s = np.where(others.goes_on & ahead, result.contact_s[best], math.inf)
     late_s = scene.speed_mps / (2.0 * HARD_MPS2) + STEP_S  # for a stop before the contact
     brakes_hard = contacts_s.min(initial=math.inf) < late_s
     reason, detail = _reason(scene, chosen, scored.separates(best, other)[0]), ""
