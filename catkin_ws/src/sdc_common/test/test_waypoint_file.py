@@ -83,7 +83,6 @@ REFUSED = [
         DECIMALS,
     ),
     ("two names, four columns", "x,y\n0,5,1,5\n1,5,1,5\n", ["row 2", "2 are expected"], DECIMALS),
-    ("two names in a comment", "# x,y\n0,5,1,5\n1,5,1,5\n", ["row 2", "2 are expected"], DECIMALS),
     ("thousands", "1,001.5,2,000.5\n999.5,2,000.5\n", ["row 2", "4 are expected"], DECIMALS),
     ("quoted thousands", '"1,201","2"\n"999","2"\n', ["row 1", "x is '1,201'"], IN_METRES),
     ("commas and points", "1,001;2\n999.5;2\n", ["commas and points"], DECIMALS),
@@ -108,7 +107,7 @@ REFUSED = [
     ("height of a hilly road", HEIGHTS, ["column 2 varies by 0.4", "as in x,z,y"], FIRST_LINE),
     ("distance in the first column", DISTANCES, ["as in s,x,y"], FIRST_LINE),
     ("GPX", '<?xml version="1.0"?>\n<gpx>', ["XML or JSON, not a route"], "CSV file of x,y"),
-    ("road network", '<?xml version="1.0"?>\n<OpenDRIVE>', ["not a route"], "CSV file of x,y"),
+    ("road network", '<?xml version="1.0"?>\n<OpenDRIVE>', ["(OpenDRIVE)"], "CSV file of x,y"),
     ("far away", "0,0\n1e30,0\n", ["row 2", "metres up to 100000"], IN_METRES),
     ("row counted over town03 ends", "0,0\r\r\n1,0\r\r\nword,0\r\r\n", ["row 3"], IN_METRES),
 ]

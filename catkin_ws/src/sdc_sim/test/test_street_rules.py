@@ -9,9 +9,11 @@ import pytest
 
 from sdc_map.map_file import map_file
 from sdc_map.mirror import mirrored
+from sdc_map.network_file import load_network
 from sdc_sim.evaluation.lane_rules import ARTICLES
 from sdc_sim.evaluation.route_progress import DriveSample
 from sdc_sim.evaluation.street_rules import StreetRules
+from sdc_sim.physics.collision import Rectangle, overlap
 from sdc_testing.street_maps import bridge, needs_maps, town
 
 pytestmark = needs_maps
@@ -44,8 +46,6 @@ def side(request, monkeypatch):
 
 @pytest.fixture(scope="module")
 def networks(tmp_path_factory):
-    from sdc_map.network_file import load_network
-
     kinds = "priority", "priority_stop"
     return {one: load_network(town(tmp_path_factory.mktemp(one), mid=one)) for one in kinds}
 
@@ -242,8 +242,6 @@ ENDING, THROUGH = -289.25, -292.75
     ],
 )
 def test_where_a_lane_ends_they_take_turns(ahead, waits_m, expected):
-    from sdc_map.network_file import load_network
-
     network, car = load_network(map_file("town")), straight(252.0, THROUGH, WEST, 4.0)
     others = [ahead, straight(213.0 + waits_m, ENDING, WEST, 0.0)]
     assert counted(network, car, 11.0, others=others) == expected
@@ -271,8 +269,6 @@ def test_where_a_lane_ends_they_take_turns(ahead, waits_m, expected):
     ],
 )
 def test_fault_for_a_collision(networks, car, other, expected):
-    from sdc_sim.physics.collision import Rectangle, overlap
-
     rules = StreetRules(networks["priority"], FRONT_M)
     for tick in range(1, 200):
         t = tick * TICK_S
@@ -287,8 +283,6 @@ def test_fault_for_a_collision(networks, car, other, expected):
 
 @pytest.mark.parametrize(("z_m", "expected"), [(6.0, ["near_miss"]), (0.0, [])])
 def test_only_one_on_the_level_of_the_car_counts(tmp_path, z_m, expected):
-    from sdc_map.network_file import load_network
-
     rules, found = StreetRules(load_network(bridge(tmp_path)), FRONT_M), []
     car, other = straight(-30.0, -1.75, EAST, 10.0), straight(1.75, -32.0, -SOUTH, 10.0)
     for tick in range(1, 100):

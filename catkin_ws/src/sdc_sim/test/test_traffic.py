@@ -99,18 +99,6 @@ def test_road_users_are_on_lanes_of_their_kind_and_direction(tmp_path, more):
             assert abs(place.cross_track_m) < 1.5 and abs(place.heading_error_rad) < 1.0, one
 
 
-def test_traffic_on_the_left_is_the_mirror_image_of_that_on_the_right():
-    ticks = []
-    for name in ("town", "town_left"):
-        network, way = load_network(name), ("land_e_0", "land_n_0")
-        ego = car_on(network, way[0], 60.0)
-        ticks.append(standing(start(map_file(name), network, 20, mission=way), ego, 100))
-    right, left = ticks
-    assert left == [
-        [one._replace(y_m=-one.y_m, yaw_rad=-one.yaw_rad) for one in tick] for tick in right
-    ]
-
-
 def test_those_behind_our_standing_car_stop_and_do_not_hit_it(path, network):
     import libsumo
 
