@@ -20,7 +20,7 @@ _PAINT = len(_LAYERS)
 # Strips are straight pieces, at most so long and so far beside the line.
 _LONGEST_M = 20.0
 _TOLERANCE_M = 0.004
-_DASH_POINTS = 13  # of a dash, which may be in a bend; straight parts lose theirs in _add
+_DASH_POINTS = 7  # of a dash, which may be in a bend; straight parts lose theirs in _add
 _DOUBLE_M = 0.14  # from the middle of a double line to each of its lines
 _STRIPE_M, _STRIPE_PERIOD_M = 0.5, 1.0
 # Strips along x by SUMO's direction.
@@ -37,9 +37,9 @@ class NetworkRasterizer:
     def __init__(self, network: Network):
         self._rows: list[np.ndarray] = []
         for lane in network.driving:
-            half_m = 0.5 * lane.width_m
+            points, half_m = lane.thinned().points_m, 0.5 * lane.width_m
             for layer, (_, _, beyond_m) in enumerate(_LAYERS):
-                self._add(lane.thinned().points_m, layer, half_m + beyond_m)
+                self._add(points, layer, half_m + beyond_m)
         for line in network.lines():
             if line.kind != KERB:
                 self._add_line(line.points_m, line.kind)
