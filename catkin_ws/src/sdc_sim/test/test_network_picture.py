@@ -8,6 +8,7 @@ import pytest
 
 from sdc_map.network import BROKEN, KERB, SOLID, STOP, Connection, Junction, Network, RoadLane
 from sdc_sim.camera.camera_model import CameraModel
+from sdc_sim.camera.ground_textures import GRASS_BGR
 from sdc_sim.camera.network_rasterizer import NetworkRasterizer
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.camera.signs import sign
@@ -135,6 +136,9 @@ def test_signs_are_right_of_lanes_where_right_of_way_and_limits_change():
     stop = int(np.flatnonzero(rows)[0])
     faces = sign(scenery, stop)
     assert faces.normals[2:4] @ (-1, 0, 0) == pytest.approx(1.0)
+    # The pole is as bright as the grass behind it: the lane filter does not mark its sides.
+    grey = np.array([0.114, 0.587, 0.299])
+    assert faces.bgr[:2] @ grey == pytest.approx(GRASS_BGR @ grey, abs=10.0)
     reds = faces.bgr[(faces.bgr[:, 2] > 150) & (faces.bgr[:, 0] < 100)]
     assert len(reds) >= 3
 

@@ -9,7 +9,8 @@ from sdc_sim.road.scenery import PRIORITY_SIGN, STOP_SIGN, YIELD_SIGN, Scenery
 from sdc_sim.yaml_document import packaged_config
 
 _RED, _WHITE, _BLACK, _YELLOW = (30, 20, 190), (235, 235, 235), (25, 25, 25), (20, 190, 245)
-_GREY, _BACK = (120, 120, 120), (105, 105, 105)
+# Poles are as bright as grass, so that they have no steep edges below the horizon.
+_GREY, _BACK = (92, 92, 92), (105, 105, 105)
 _PLATE_M, _POLE_M = 0.65, 0.08  # width of a plate and of its pole
 _PAINT = packaged_config("signs")
 
