@@ -6,7 +6,17 @@ import cv2
 import numpy as np
 import pytest
 
-from sdc_map.network import BROKEN, KERB, SOLID, STOP, Connection, Junction, Network, RoadLane
+from sdc_map.network import (
+    BROKEN,
+    KERB,
+    SOLID,
+    STOP,
+    WALKING,
+    Connection,
+    Junction,
+    Network,
+    RoadLane,
+)
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.ground_textures import GRASS_BGR
 from sdc_sim.camera.network_rasterizer import NetworkRasterizer
@@ -33,6 +43,7 @@ _STREET = Network(
         lane("a", [(0, 0), (50, 0)], BROKEN, KERB, successors=("x",), left="b"),
         lane("b", [(0, 3.5), (50, 3.5)], SOLID, BROKEN, right="a"),
         lane("x", [(50, 0), (70, 0)], "none", "none", junction="j"),
+        lane("s", [(0, 9), (50, 9)], "none", KERB, kind=WALKING),
     ],
     [Junction("j", "priority", np.array([(50, -12), (70, -12), (70, 12), (50, 12)], float), _WAYS)],
     [np.array([(30, -2), (30, 6), (33, 6), (33, -2)], float)],
@@ -72,6 +83,7 @@ def _plane():
         ((20.0, -1.75), (102, 0)),  # a kerb is no paint
         ((20.0, -2.2), (168, 0)),  # the kerb
         ((20.0, -3.0), (56, 140)),  # the verge
+        ((20.0, 9.0), (127, 0)),  # a pavement
         ((50.0, 0.5), (255, 0)),  # the stop line
         ((60.0, 9.0), (102, 0)),  # the area of the junction
         ((31.5, 0.5), (255, 0)),  # a stripe of the crosswalk

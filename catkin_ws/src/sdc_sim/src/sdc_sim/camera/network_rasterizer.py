@@ -7,15 +7,32 @@ import numpy as np
 
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import interpolate
-from sdc_map.network import BROKEN, DOUBLE, KERB, STOP, Junction, Network, left_normals
+from sdc_map.network import (
+    BROKEN,
+    DOUBLE,
+    DRIVING,
+    KERB,
+    STOP,
+    WALKING,
+    Junction,
+    Network,
+    RoadLane,
+    left_normals,
+)
 from sdc_sim.camera.painting import FIXED_POINT_BITS, halve, touching
 from sdc_sim.camera.road_rasterizer import ASPHALT, SIDE_PX, Canvas, fixed_point
 from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, MARGIN_M
 from sdc_sim.yaml_document import packaged_config
 
 # Layers from the lowest to the highest: brightness as a share of that of paint, share of grass
-# 0..255, and how far they reach beyond a lane [m].
-_LAYERS = ((0.22, 140, MARGIN_M + 1.1), (0.66, 0, MARGIN_M + 0.25), (ASPHALT, 0, MARGIN_M))
+# 0..255, and how far they reach beyond a lane for cars [m]; pavements are lanes of their own.
+_LAYERS = (
+    (0.22, 140, MARGIN_M + 1.1),
+    (0.5, 0, 0.0),
+    (0.66, 0, MARGIN_M + 0.25),
+    (ASPHALT, 0, MARGIN_M),
+)
+_PAVEMENT = 1
 _PAINT = len(_LAYERS)
 # Strips are straight pieces, at most so long and so far beside the line.
 _LONGEST_M = 20.0
@@ -36,10 +53,8 @@ class NetworkRasterizer:
 
     def __init__(self, network: Network):
         self._rows: list[np.ndarray] = []
-        for lane in network.driving:
-            points, half_m = lane.thinned().points_m, 0.5 * lane.width_m
-            for layer, (_, _, beyond_m) in enumerate(_LAYERS):
-                self._add(points, layer, half_m + beyond_m)
+        for lane in network.lanes.values():
+            self._add_lane(lane)
         for line in network.lines():
             if line.kind != KERB:
                 self._add_line(line.points_m, line.kind)
@@ -68,6 +83,13 @@ class NetworkRasterizer:
         ]
         self._area_low = np.array([area.min(axis=0) for area in self._areas]).reshape(-1, 2) - 1.0
         self._area_high = np.array([area.max(axis=0) for area in self._areas]).reshape(-1, 2) + 1.0
+
+    def _add_lane(self, lane: RoadLane) -> None:
+        points, half_m = lane.thinned().points_m, 0.5 * lane.width_m
+        for layer, (_, _, beyond_m) in enumerate(_LAYERS if lane.kind == DRIVING else ()):
+            self._add(points, layer, half_m + beyond_m)
+        if lane.kind == WALKING:
+            self._add(points, _PAVEMENT, half_m)
 
     def _add(self, points: np.ndarray, layer: int, half_m: float) -> None:
         """Add a strip along a line; 0 is the width of a painted line."""
