@@ -14,6 +14,7 @@ from sdc_map.lane_graph import LaneGraph, drawn_places
 from sdc_map.map_file import map_file
 from sdc_map.mission import plan_mission
 from sdc_map.network_file import load_network
+from sdc_package.behaviour.predict import STEP_S
 from sdc_package.behaviour.road import crosswalks_on
 from sdc_package.behaviour.score import score
 from sdc_package.street_settings import StreetSettings
@@ -225,6 +226,15 @@ def test_car_brakes_as_hard_as_it_can_only_where_its_best_proposal_meets_someone
     assert planner.decision.brakes_hard == expected == (max(speeds) == 0.0)
     if expected:
         assert (planner.reason, planner.detail) == ("obstacle", "brakes hard for car 7")
+
+
+def test_car_that_is_too_fast_does_not_brake_for_that_and_for_the_one_ahead_in_sum(town, street):
+    points_m, route, s_m = street
+    planner = new_planner(town[0], points_m)
+    plan(planner, route, s_m, 14.0, [car_at(street, 45.0, 0.0, 0.0, 9.0)])
+    assert planner.detail == "car 7"
+    first_mps, second_mps = planner.decision.speed_mps[:2]
+    assert first_mps - second_mps == pytest.approx(SETTINGS.braking_mps2 * STEP_S)
 
 
 def test_decision_keeps_each_proposal_with_the_terms_of_its_score(town, street):

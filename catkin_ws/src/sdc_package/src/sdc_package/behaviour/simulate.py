@@ -1,7 +1,9 @@
 """Proposals of the car, simulated a few seconds ahead among the predicted others.
 
 The car follows who is in its way by the intelligent driver model (M. Treiber, A. Hennecke and
-D. Helbing, Phys. Rev. E 62, 2000).
+D. Helbing, Phys. Rev. E 62, 2000). A car that is too fast brakes for the speed or for the other,
+whichever needs more, not for the sum (M. Treiber and A. Kesting, Traffic Flow Dynamics, 2013,
+section 11.3.7).
 """
 
 from __future__ import annotations
@@ -100,7 +102,8 @@ class _Cars:
                 leads[:, ever] = pushes_mps2[:, :-1] > 0.5 * acceleration_mps2
             pushed_mps2 = pushes_mps2.max(axis=1)
             hardest = np.maximum(hardest, pushed_mps2 * (v > AT_REST_MPS))
-            a = np.maximum(free_mps2, -braking_mps2) - pushed_mps2
+            free_mps2 = np.maximum(free_mps2, -braking_mps2)
+            a = np.minimum(free_mps2, np.maximum(free_mps2, 0.0) - pushed_mps2)
             most_mps = np.maximum(top_mps, v - STEP_S * braking_mps2)
             v_next = v + STEP_S * np.maximum(a, -margins.hardest_mps2)
             v_next = np.minimum(np.maximum(v_next, 0.0), most_mps)
