@@ -160,3 +160,26 @@ def test_adapters_for_other_nodes_are_python_and_use_topics_of_the_contract():
         topics = re.findall(r'"(/(?:carla|planner)/[a-z_/]+)"', adapter)
         assert topics
         assert [topic for topic in topics if f"`{topic}`" not in contract] == []
+
+
+def rows_of(page, header):
+    """Return the cells of the table of a page whose header has this text."""
+    lines = (ROOT / "docs" / page).read_text(encoding="utf-8").split(header, 1)[1].split("\n")[2:]
+    return [line.strip("| ").split(" | ") for line in lines[: lines.index("")]]
+
+
+def test_table_of_the_score_has_the_numbers_of_the_configuration():
+    text = (SRC / "sdc_experiments" / "config" / "championship.yaml").read_text(encoding="utf-8")
+    leagues = yaml.safe_load(text)["leagues"]
+    rows = rows_of("championship.md", "| part | control")
+    for column, name in enumerate(("control", "driving", "traffic"), start=1):
+        cells = [(row[column], row[-1]) for row in rows if row[column] != "-"]
+        found = [[*map(float, re.findall(r"[\d.]+", cell)[:3]), scale] for cell, scale in cells]
+        assert sorted(found) == sorted(leagues[name]["score"].values()), name
+
+
+def test_table_of_road_users_has_the_shares_of_the_configuration():
+    types = ElementTree.parse(SRC / "sdc_sim" / "config" / "traffic.add.xml").iter("vType")
+    shares = {one.get("id"): [float(p.get("value")) for p in one.iter("param")] for one in types}
+    for kinds, share, _ in rows_of("traffic.md", "| kind | share"):
+        assert float(share) == sum(shares[kind][0] for kind in re.findall(r"`(.*?)`", kinds))
