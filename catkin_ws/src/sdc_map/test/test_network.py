@@ -303,16 +303,21 @@ def test_lines_and_limits_are_those_of_opendrive(tmp_path):
     assert [line.kind for line in network.lines()].count(BROKEN) == 1
 
 
-_RURAL = '<type s="50" type="rural"><speed max="{}" unit="{}"/></type>'
+_TYPE = '<type s="50" type="{}">{}</type>'
 _SLOW = '<lane id="-2" type="driving"><speed sOffset="20" max="5"/>'
 
 
 @pytest.mark.parametrize(
-    ("limit", "unit", "limit_mps"),
-    [("130", "km/h", 130 / 3.6), ("60", "mph", 26.8224), ("no limit", "km/h", 130 / 3.6)],
+    ("kind", "speed", "limit_mps"),
+    [
+        ("rural", '<speed max="130" unit="km/h"/>', 130 / 3.6),
+        ("rural", '<speed max="60" unit="mph"/>', 26.8224),
+        ("rural", '<speed max="no limit"/>', 130 / 3.6),
+        ("motorway", "", 130 / 3.6),
+    ],
 )
-def test_limits_of_the_file_apply_each_on_its_stretch(tmp_path, limit, unit, limit_mps):
-    text = _MAPS["line"].replace("</type>", "</type>" + _RURAL.format(limit, unit))
+def test_limits_of_the_file_apply_each_on_its_stretch(tmp_path, kind, speed, limit_mps):
+    text = _MAPS["line"].replace("</type>", "</type>" + _TYPE.format(kind, speed))
     text = text.replace('<lane id="-2" type="driving">', _SLOW)
     network = load_network(write(tmp_path, text))
     left = np.array([-math.sin(0.3), math.cos(0.3)])

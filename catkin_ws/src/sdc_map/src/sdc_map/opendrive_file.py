@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import xml.etree.ElementTree as ElementTree
-from typing import Any, Iterable
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from sdc_map.mirror import mirror_left_hand
 from sdc_map.opendrive_lanes import cubics, named_road, point_at, sections
 
 _UNITS_MPS = {"mph": 0.44704, "km/h": 1.0 / 3.6, "m/s": 1.0}
-# Limit where the file has "no limit" [m/s]: the recommended speed of German motorways, 130 km/h.
+# Limit of a motorway, and where the file has "no limit" [m/s]: 130 km/h, recommended in Germany.
 _NO_LIMIT_MPS = 130.0 / 3.6
 # Types of lanes on which cars do not drive, though some are lanes for cars in netconvert.
 _NOT_DRIVEN = ("stop", "parking", "roadWorks", "bidirectional", "bus", "taxi", "HOV")
@@ -237,7 +237,7 @@ def _write_limits(road: ElementTree.Element) -> None:
         lanes = {lane.attrib["id"]: lane for lane in section.iter("lane")}
         lanes.pop("0", None)
         of_lanes = [
-            [(start_m + s, _limit_mps([one])) for s, one in _along(lane, "speed")]
+            [(start_m + s, _limit_mps(one)) for s, one in _along(lane, "speed")]
             for lane in lanes.values()
         ]
         of_lines = [
@@ -330,10 +330,11 @@ def _last(rows: list[tuple[float, Any]], s_m: float) -> Any:
     return next((value for s, value in reversed(rows) if s <= s_m + _SAME_PLACE_M), None)
 
 
-def _limit_mps(parent: Iterable[ElementTree.Element]) -> float | None:
-    """Return the speed limit that an element contains, None without one [m/s]."""
-    speed = next((child for child in parent if child.tag == "speed"), None)
-    text = "undefined" if speed is None else speed.get("max", "undefined")
+def _limit_mps(parent: ElementTree.Element) -> float | None:
+    """Return the speed limit of a type of road or of a lane, None without one [m/s]."""
+    speed = parent if parent.tag == "speed" else parent.find("speed")
+    usual = "no limit" if parent.get("type") == "motorway" else "undefined"
+    text = usual if speed is None else speed.get("max", "undefined")
     if speed is None or text in ("undefined", "no limit"):
         return _NO_LIMIT_MPS if text == "no limit" else None
     unit = speed.get("unit", "m/s")
