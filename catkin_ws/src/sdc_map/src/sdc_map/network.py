@@ -98,8 +98,9 @@ class RoadLane:
         """Return the height at an arc length, or at several, clamped to the line [m]."""
         return np.interp(s_m, self.s_m, self.z_m)
 
+    @cached_property
     def thinned(self) -> RoadLane:
-        """Return the lane with points that are about 1 m apart, or farther.
+        """The lane with points that are about 1 m apart, or farther.
 
         Where a file has corners, the lines beside a lane would fold between points that are closer.
         """
@@ -356,7 +357,7 @@ class Network:
         found: dict[str, list[tuple[float, ...]]] = {}
         lines = []
         for lane in self.driving:
-            smooth = lane.thinned()
+            smooth = lane.thinned
             for side, kind in ((0.5, lane.left_marking), (-0.5, lane.right_marking)):
                 if kind == NONE or len(lane.points_m) < 2:
                     continue

@@ -333,9 +333,10 @@ def _last(rows: list[tuple[float, Any]], s_m: float) -> Any:
 def _limit_mps(parent: ElementTree.Element) -> float | None:
     """Return the speed limit of a type of road or of a lane, None without one [m/s]."""
     speed = parent if parent.tag == "speed" else parent.find("speed")
-    usual = "no limit" if parent.get("type") == "motorway" else "undefined"
-    text = usual if speed is None else speed.get("max", "undefined")
-    if speed is None or text in ("undefined", "no limit"):
+    if speed is None:
+        return _NO_LIMIT_MPS if parent.get("type") == "motorway" else None
+    text = speed.get("max", "undefined")
+    if text in ("undefined", "no limit"):
         return _NO_LIMIT_MPS if text == "no limit" else None
     unit = speed.get("unit", "m/s")
     if unit not in _UNITS_MPS:

@@ -116,7 +116,7 @@ class ComfortRange:
         self._eases_s = _EASES_S if last_mps2 > _PUSHES_MPS2 else self._eases_s - dt_s
         is_new = faster_mps > _NEW_MPS or planned_mps2 < -_USUAL_MPS2
         eases = is_new and self._eases_s > 0.0 and faster_mps < _SOON_LATE_MPS
-        eases &= planned_mps2 > -HARD_MPS2
+        eases &= planned_mps2 > -HARD_MPS2  # a plan that brakes as hard does not wait
         hardest_mps2 = max(_EASED_MPS2 if eases else HARD_MPS2, -last_mps2)
         if faster_mps > _LATE_MPS:
             hardest_mps2 = limits.braking_mps2

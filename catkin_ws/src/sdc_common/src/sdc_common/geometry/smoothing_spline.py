@@ -54,13 +54,15 @@ class SmoothingSpline:
         self._middle_m = points_m.mean(axis=0)
         right = spacing_m * (basis.T @ (points_m - self._middle_m))
         differences = diags(_THIRD_DIFFERENCE, range(4), (self._count, self._count + 3))
+        data = spacing_m * (basis.T @ basis)
         widths_m = np.full(self._count, max(width_m, _MIN_WIDTH_M))
         for _ in range(_MAX_FITS):
             penalty = diags(widths_m**6 / _KNOT_M**5) @ differences
-            matrix = spacing_m * (basis.T @ basis) + differences.T @ penalty
+            matrix = data + differences.T @ penalty
             bands = [np.pad(matrix.diagonal(offset), (offset, 0)) for offset in (3, 2, 1, 0)]
             self._coefficients = solveh_banded(bands, right)
-            biased = self._biased(s_m, points_m - self(s_m), noise_m, widths_m)
+            fitted_m = self._middle_m + basis @ self._coefficients
+            biased = self._biased(s_m, points_m - fitted_m, noise_m, widths_m)
             biased &= widths_m > _MIN_WIDTH_M
             if not biased.any():
                 break

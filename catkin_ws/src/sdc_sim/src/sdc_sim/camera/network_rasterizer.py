@@ -10,13 +10,11 @@ from sdc_common.geometry.route import interpolate
 from sdc_map.network import (
     BROKEN,
     DOUBLE,
-    DRIVING,
     KERB,
     STOP,
     WALKING,
     Junction,
     Network,
-    RoadLane,
     left_normals,
 )
 from sdc_sim.camera.painting import FIXED_POINT_BITS, halve, touching
@@ -24,15 +22,12 @@ from sdc_sim.camera.road_rasterizer import ASPHALT, SIDE_PX, Canvas, fixed_point
 from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, MARGIN_M
 from sdc_sim.yaml_document import packaged_config
 
-# Layers from the lowest to the highest: brightness as a share of that of paint, share of grass
-# 0..255, and how far they reach beyond a lane for cars [m]; pavements are lanes of their own.
-_LAYERS = (
-    (0.22, 140, MARGIN_M + 1.1),
-    (0.5, 0, 0.0),
-    (0.66, 0, MARGIN_M + 0.25),
-    (ASPHALT, 0, MARGIN_M),
-)
-_PAVEMENT = 1
+# Layers from the lowest to the highest: brightness as a share of that of paint, and share of grass
+# 0..255.
+_LAYERS = ((0.22, 140), (0.5, 0), (0.66, 0), (ASPHALT, 0))
+_VERGE, _PAVEMENT, _KERB, _ROAD = range(4)
+# How far the layers of a road reach beyond its lanes [m].
+_BEYOND_M = {_VERGE: MARGIN_M + 1.1, _KERB: MARGIN_M + 0.25, _ROAD: MARGIN_M}
 _PAINT = len(_LAYERS)
 # Strips are straight pieces, at most so long and so far beside the line.
 _LONGEST_M = 20.0
@@ -53,8 +48,10 @@ class NetworkRasterizer:
 
     def __init__(self, network: Network):
         self._rows: list[np.ndarray] = []
-        for lane in network.lanes.values():
-            self._add_lane(lane)
+        for lane in network.driving:
+            self._add_road(lane.thinned.points_m, 0.5 * lane.width_m)
+        for lane in (lane for lane in network.lanes.values() if lane.kind == WALKING):
+            self._add(lane.thinned.points_m, _PAVEMENT, 0.5 * lane.width_m)
         for line in network.lines():
             if line.kind != KERB:
                 self._add_line(line.points_m, line.kind)
@@ -84,12 +81,10 @@ class NetworkRasterizer:
         self._area_low = np.array([area.min(axis=0) for area in self._areas]).reshape(-1, 2) - 1.0
         self._area_high = np.array([area.max(axis=0) for area in self._areas]).reshape(-1, 2) + 1.0
 
-    def _add_lane(self, lane: RoadLane) -> None:
-        points, half_m = lane.thinned().points_m, 0.5 * lane.width_m
-        for layer, (_, _, beyond_m) in enumerate(_LAYERS if lane.kind == DRIVING else ()):
+    def _add_road(self, points: np.ndarray, half_m: float) -> None:
+        """Add the layers of a road along a line."""
+        for layer, beyond_m in _BEYOND_M.items():
             self._add(points, layer, half_m + beyond_m)
-        if lane.kind == WALKING:
-            self._add(points, _PAVEMENT, half_m)
 
     def _add(self, points: np.ndarray, layer: int, half_m: float) -> None:
         """Add a strip along a line; 0 is the width of a painted line."""
@@ -135,8 +130,7 @@ class NetworkRasterizer:
         for start, end, far, near in network.bays:
             middle = 0.5 * np.array([start + near, end + far])
             half_m = 0.5 * float(np.hypot(*(near - start)))
-            for layer, (_, _, beyond_m) in enumerate(_LAYERS):
-                self._add(middle, layer, half_m + beyond_m)
+            self._add_road(middle, half_m)
             for line in ([start, near], [end, far], [near, far]):
                 self._add(np.array(line), _PAINT, 0.0)
         for start, end, far, near in network.bus_stops:
@@ -187,14 +181,14 @@ class NetworkRasterizer:
         layers, ends = self._layer[near], np.arange(_PAINT + 1)
         # The rows are in the order of the layers.
         bounds = [0, *np.searchsorted(layers, ends, side="right").tolist()]
-        colours = [(int(255 * brightness), share, 0) for brightness, share, _ in _LAYERS]
+        colours = [(int(255 * brightness), share, 0) for brightness, share in _LAYERS]
         paint = [(255, 0, 0), (int(255 * ink), 0, 0)]
         kinds = is_line.tolist()
         for layer in range(_PAINT + 1):
             for k in range(bounds[layer], bounds[layer + 1]):
                 colour = paint[kinds[k]] if layer == _PAINT else colours[layer]
                 cv2.fillConvexPoly(canvas, quads[k], colour, place.line_type, FIXED_POINT_BITS)
-            for k in areas.tolist() if layer < _PAINT else ():
+            for k in areas.tolist() if layer in _BEYOND_M else ():
                 area = fixed_point(place.pixels(self._areas[k]))
                 cv2.fillPoly(canvas, [area], colours[layer], place.line_type, FIXED_POINT_BITS)
         paved, green, _ = cv2.split(halve(canvas))

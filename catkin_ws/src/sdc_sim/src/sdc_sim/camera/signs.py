@@ -9,8 +9,11 @@ from sdc_sim.road.scenery import PRIORITY_SIGN, STOP_SIGN, YIELD_SIGN, Scenery
 from sdc_sim.yaml_document import packaged_config
 
 _RED, _WHITE, _BLACK, _YELLOW = (30, 20, 190), (235, 235, 235), (25, 25, 25), (20, 190, 245)
-# Poles are as bright as grass, so that they have no steep edges below the horizon.
-_GREY, _BACK = (92, 92, 92), (105, 105, 105)
+# Blue, green and red of a pole, 0..255: as bright as grass, so that a pole has no steep edges below
+# the horizon.
+_GREY = (92, 92, 92)
+# The same of the back of a plate.
+_BACK = (105, 105, 105)
 _PLATE_M, _POLE_M = 0.65, 0.08  # width of a plate and of its pole
 _PAINT = packaged_config("signs")
 

@@ -65,8 +65,8 @@ def network_scenery(network: Network, seed: int) -> Scenery:
     edge_m = half_m + MARGIN_M
     slots = np.arange(0.0, ends_m[-1], _SLOT_M)
     beside = generate_scenery(at, slots, (-edge_m, edge_m), on_road, seed)
-    limits_mps = [lane.speed_limit_mps for lane in network.driving]
-    fast = [points for points, limit in zip(samples, limits_mps) if limit > _TOWN_LIMIT_MPS]
+    lanes = zip(network.driving, samples)
+    fast = [points for lane, points in lanes if lane.speed_limit_mps > _TOWN_LIMIT_MPS]
     if fast:
         is_near = cKDTree(np.vstack(fast)).query(beside.position_m)[0] < _TO_BUILDINGS_M
         beside = chosen(beside, np.flatnonzero(~is_near | (beside.kind == TREE)))
