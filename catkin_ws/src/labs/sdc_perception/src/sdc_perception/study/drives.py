@@ -36,6 +36,8 @@ WEATHERS: dict[str, dict[str, Any]] = {
     "worn": {"weather": {"worn_lines": 0.6}},
 }
 _LANE, _OVERLAY = "/perception/lane", "/perception/lane_overlay"
+# The world starts when the recorder, too, receives it.
+_ODOMETRY = "/sim/ground_truth/odometry"
 _NO_OPTIONS: Mapping[str, Any] = {}
 
 
@@ -72,7 +74,8 @@ def drive_nodes(
         **sim_options,
     }
     given = {**given, "sim_options": options_text(sim_options)}
-    topics = {"record": {"topics": [_LANE, _OVERLAY] if frames else [_LANE]}}
+    pictures = [_OVERLAY] if frames else []
+    topics = {"record": {"topics": [_LANE, *pictures, _ODOMETRY]}}
     with isolated_drive(scenario, given, topics, route_m) as (drive, problems):
         base = os.path.splitext(drive.report_path)[0]
         trace = np.genfromtxt(f"{base}.csv", delimiter=",", names=True, usecols=range(8))
@@ -86,7 +89,7 @@ def _offset_errors(bag_path: str, trace: np.ndarray, frames: str) -> list[float]
     true_m = dict(zip(np.round(trace["time_s"], 3).tolist(), trace["cross_track_m"].tolist()))
     errors_m = []
     with rosbag.Bag(bag_path) as bag:
-        for topic, message, _ in bag.read_messages():
+        for topic, message, _ in bag.read_messages([_LANE, _OVERLAY]):
             time_s = round(message.header.stamp.to_sec(), 3)
             if topic == _OVERLAY:
                 picture = CvBridge().imgmsg_to_cv2(message, "bgr8")
