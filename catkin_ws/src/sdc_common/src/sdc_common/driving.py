@@ -98,8 +98,7 @@ class Command:
     brake: float = 0.0  # 0..1
     hand_brake: bool = False
     reverse: bool = False
-    # Stamp of the observation that it answers, 0 if it answers none
-    stamp_ns: int = field(default=0, compare=False)
+    stamp_ns: int = field(default=0, compare=False)  # of the observation that it answers, 0: none
 
     @classmethod
     def rounded(cls, throttle: float, steer: float, brake: float, stamp_ns: int = 0) -> Command:
