@@ -16,8 +16,8 @@ needs_wheel = pytest.mark.skipif(
     reason="docker/prepare wheel, which needs a connection: not run",
 )
 MAX_WHEEL = 3 << 20  # bytes
-# Greatest difference of a drive with another version of NumPy [m, rad, m/s]. Commands are rounded to
-# float32, so that the last bit of a sine can change the last bit of a command, which is up to 6e-8.
+# Greatest difference of a drive with another version of NumPy [m, rad, m/s]. The last bit of a sine
+# can change the last bit of a command, which is rounded to float32: by up to 6e-8.
 TOLERANCE = 1e-6
 
 # Modules of ROS and of Linux, and names of the standard library that Linux alone has.
