@@ -100,18 +100,18 @@ def every(seconds: float, function: Callable[[], object]) -> None:
 def watch_connections() -> None:
     """Log when the simulated clock has stopped or the master is gone, until the drive has ended."""
     master = rosgraph.Master(rospy.get_name())
-    last_time = rospy.get_rostime()
+    last_time, has_run = rospy.get_rostime(), False
     logged: set[str] = set()
 
     def check() -> None:
-        nonlocal last_time, logged
+        nonlocal last_time, has_run, logged
         problems, now = set(), rospy.get_rostime()
-        if now == last_time:
-            missing = ", ".join(_topics_without_publisher())
+        has_run |= now != last_time and not last_time.is_zero()
+        # At its first tick, the simulator waits for nodes, and logs for which.
+        if now == last_time and (has_run or now.is_zero()):
             problems.add(
                 f"waiting for /clock, which has stopped for {_CHECK_EVERY_S:g} s: the simulator "
-                "does not run, is paused, or waits for a command"
-                + (f"; no publisher of {missing}" if missing else "")
+                f"does not run, is paused, or waits for a command{_missing_publishers()}"
             )
         try:
             master.getPid()
@@ -127,17 +127,17 @@ def watch_connections() -> None:
 
 
 def _drive_has_ended() -> bool:
-    try:
+    with contextlib.suppress(OSError, rosgraph.MasterException):
         return rospy.get_param(ENDED_PARAMETER, False)
-    except (OSError, rosgraph.MasterException):
-        return False
+    return False
 
 
-def _topics_without_publisher() -> list[str]:
-    """Return the topics that this node subscribes to and that have no connected publisher."""
+def _missing_publishers() -> str:
+    """Name the topics that this node subscribes to and that have no connected publisher."""
     connections = get_topic_manager().get_pub_sub_info()
     connected = {topic for _, _, way, _, topic, is_up, *_ in connections if way != "o" and is_up}
-    return sorted({topic for topic, _ in get_topic_manager().get_subscriptions()} - connected)
+    topics = sorted({topic for topic, _ in get_topic_manager().get_subscriptions()} - connected)
+    return f"; no publisher of {', '.join(topics)}" if topics else ""
 
 
 def offer_reload(load: Callable[[], object]) -> None:
