@@ -150,7 +150,7 @@ class BridgeServices:
 
     def on_obstacles(self, message):
         """Publish the odometry of spawned obstacles, and forget those that a reset removed."""
-        states = {one.id: one for one in message.obstacles}
+        states = {obstacle.id: obstacle for obstacle in message.obstacles}
         with self.lock:
             for number in self.seen - {*states}:
                 self.forget(number)
@@ -177,7 +177,7 @@ class BridgeServices:
 
     def forget(self, number):
         """End the topics of an actor or sensor, and of what it carries."""
-        for child in [one for one, parent in self.parents.items() if parent == number]:
+        for child in [child for child, parent in self.parents.items() if parent == number]:
             self.forget(child)
         self.seen.discard(number)
         for table in (self.prefixes, self.parents, self.walks, self.odometry):
@@ -186,7 +186,7 @@ class BridgeServices:
             topic.unregister()
 
     def on_blueprints(self, request):
-        names = [*(one.blueprint for one in KINDS.values()), *SENSORS]
+        names = [*(kind.blueprint for kind in KINDS.values()), *SENSORS]
         # As in the bridge, the filter does not count for the sensors that only the bridge has.
         return [
             sorted(

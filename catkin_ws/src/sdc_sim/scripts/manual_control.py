@@ -62,7 +62,7 @@ class ManualControl:
         self.reset_service = rospy.ServiceProxy("/sim/reset", Trigger)
 
         for topic, message_class, handle, queue_size in (
-            *((one, Image, partial(self.pictures.__setitem__, one), 1) for one in PICTURE_TOPICS),
+            *((key, Image, partial(self.pictures.__setitem__, key), 1) for key in PICTURE_TOPICS),
             (true_odometry_topic(EGO), Odometry, self.state.on_odometry, 1),
             (EGO + "/vehicle_status", CarlaEgoVehicleStatus, self.state.on_status, 1),
             (EGO + "/obstacles", ObstacleArray, self.state.on_obstacles, 1),

@@ -52,7 +52,8 @@ class Referee:
         self.pictures, self.cars = parameter("pictures"), parameter("cars")
         self.progress = ConsoleProgress(sys.stdout)
         role_name = parameter("role_name")
-        image_topics = {f"/carla/{role_name}{one.front.image}" for one in BRIDGE_VERSIONS.values()}
+        bridges = BRIDGE_VERSIONS.values()
+        image_topics = {f"/carla/{role_name}{bridge.front.image}" for bridge in bridges}
         self.snapshots = CameraSnapshots(
             sorted(image_topics),
             parameter("snapshots") if self.pictures else 0,

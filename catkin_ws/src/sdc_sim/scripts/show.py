@@ -61,10 +61,10 @@ class Show:
 
     def on_path(self, path):
         # A lockstep drive plans thousands of paths per second, more than RViz can draw.
-        now = time.monotonic()
-        if now < self.next_path_time:
+        time_s = time.monotonic()
+        if time_s < self.next_path_time:
             return
-        self.next_path_time = now + self.path_period_s
+        self.next_path_time = time_s + self.path_period_s
         with refusing("/planner/local_waypoints"):
             rows = waypoint_rows(path, "x", "y", "v")
             self.path_publisher.publish(path_marker(rows, self.full_speed_mps))

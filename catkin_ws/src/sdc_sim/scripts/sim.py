@@ -31,8 +31,8 @@ class Sim:
         self.pause = PauseControl()
         self.lock = LoopLock()
         self.cars = setup.cars
-        self.commands = [CommandInput(one, self.lock) for one in self.cars]
-        self.topics = [SimulationTopics(one) for one in self.cars]
+        self.commands = [CommandInput(car, self.lock) for car in self.cars]
+        self.topics = [SimulationTopics(car) for car in self.cars]
         self.starting = True
         self.failure = None
         self.observed_s = 0.0  # wall time of the last observation
@@ -124,14 +124,14 @@ class Sim:
     def time_left_s(self):
         values, limit_s = self.values, REPEAT_AFTER_S
         if not self.starting:
-            by_stamp = any(one.answers.by_stamp for one in self.unanswered)
+            by_stamp = any(command.answers.by_stamp for command in self.unanswered)
             limit_s = values.patience_s if by_stamp else values.unstamped_patience_s
         return self.observed_s + limit_s - time.monotonic()
 
     @property
     def unanswered(self):
         """Return the inputs of the cars whose last observation has no answer."""
-        return [one for one in self.commands if not one.answers.answered]
+        return [command for command in self.commands if not command.answers.answered]
 
     def is_answered(self):
         return not self.unanswered and not self.pause.waiting

@@ -21,11 +21,11 @@ TIMEOUTS = ("--sigint-timeout=8", "--sigterm-timeout=3")
 
 def main():
     workspace, stack, *arguments = (word for word in sys.argv[1:] if not word.startswith("__"))
-    given = dict(argument.split(":=", 1) for argument in arguments)
-    given["waypoints_path"] = absolute_path(given["waypoints_path"])
+    arg_values = dict(argument.split(":=", 1) for argument in arguments)
+    arg_values["waypoints_path"] = absolute_path(arg_values["waypoints_path"])
     try:
         environment = workspace_environment(workspace)
-        words, xml = stack_launch(workspace, stack, environment, given["waypoints_path"])
+        words, xml = stack_launch(workspace, stack, environment, arg_values["waypoints_path"])
     except WorkspaceError as error:
         sys.exit(str(error))
     if xml:
@@ -33,7 +33,7 @@ def main():
         os.write(writer, xml.encode())
         os.close(writer)
         os.dup2(reader, STDIN)
-    values = [f"{name}:={value}" for name, value in given.items()]
+    values = [f"{name}:={value}" for name, value in arg_values.items()]
     os.execvpe("roslaunch", ["roslaunch", *TIMEOUTS, *words, *values], environment)
 
 

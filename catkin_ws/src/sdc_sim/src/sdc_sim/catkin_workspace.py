@@ -94,7 +94,7 @@ def stack_launch(
         package, _, name = word.partition("/")
         is_known = package in packages.list()
         source = [packages.get_path(package)] if is_known else []
-        folders = [*source, *(one / package for one in built)]
+        folders = [*source, *(folder / package for folder in built)]
         if not any(name in files for folder in folders for _, _, files in os.walk(folder)):
             raise WorkspaceError(
                 f"workspace:={workspace}: "

@@ -60,7 +60,7 @@ _LEFT_BEHIND_S = 10.0
 _NETWORK = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOME")
 
 
-def launch_arguments(name: str, report: str, given: Mapping[str, str]) -> dict[str, str]:
+def launch_arguments(name: str, report: str, arguments: Mapping[str, str]) -> dict[str, str]:
     """Return the arguments of all.launch for a drive, after a check that it can be driven.
 
     A generated route, or the first mission on a map, is written beside the report.
@@ -68,18 +68,19 @@ def launch_arguments(name: str, report: str, given: Mapping[str, str]) -> dict[s
     Args:
         name: name or path of the scenario, "" without one
         report: path of report.json
-        given: arguments that override those of the scenario
+        arguments: arguments that override those of the scenario
 
     Raises:
         ValueError, OSError: the drive cannot start, or a goal cannot be reached
     """
-    options = _given_options(given)
-    if not (name or given.get("map")):
-        return {**given, "sim_options": options_text(options)}
+    options = _given_options(arguments)
+    if not (name or arguments.get("map")):
+        return {**arguments, "sim_options": options_text(options)}
     scenario = load_scenario(find_scenario(name)) if name else Scenario("")
-    route = load_waypoints(given["waypoints_path"]) if given.get("waypoints_path") else None
-    start, goals = (given_points(word, given) for word in ("start", "goal"))
-    place = given.get("map", ""), start[0] if start else None, goals or None
+    route_path = arguments.get("waypoints_path")
+    route = load_waypoints(route_path) if route_path else None
+    start, goals = (given_points(word, arguments) for word in ("start", "goal"))
+    place = arguments.get("map", ""), start[0] if start else None, goals or None
     setup = drive_setup(name, route, options, *place)
     own: dict[str, str] = {}
     of_map: dict[str, str] = {}
@@ -99,7 +100,7 @@ def launch_arguments(name: str, report: str, given: Mapping[str, str]) -> dict[s
         goals_text = str([list(map(float, goal)) for goal in setup.missions.goals])
         of_map = {"map": setup.parameters["map_path"], "goal": goals_text}
         of_map["waypoints_path"] = own["waypoints_path"]
-    own.update(given)
+    own.update(arguments)
     load_traffic(own.get("obstacles_path", ""), setup.route, setup.parameters["map_path"])
     along_m, length_m = setup.parameters["start"]["along_m"], setup.route.length_m
     if along_m > length_m:
@@ -110,16 +111,16 @@ def launch_arguments(name: str, report: str, given: Mapping[str, str]) -> dict[s
     return {**own, **of_map, "sim_options": options_text(sim_options(scenario, options))}
 
 
-def _given_options(given: Mapping[str, str]) -> dict:
+def _given_options(arguments: Mapping[str, str]) -> dict:
     """Return the given sim_options, with the seed and the traffic of the drive."""
-    options = parse_options(given.get("sim_options") or "{}")
+    options = parse_options(arguments.get("sim_options") or "{}")
     for name in ("seed", "traffic"):
-        if not given.get(name):
+        if not arguments.get(name):
             continue
-        number = int(given[name]) if given[name].isdecimal() else -1
+        number = int(arguments[name]) if arguments[name].isdecimal() else -1
         if options.setdefault(name, number) != number or number < 0:
             text = f"must be a number of at least 0, and no other than the {name} in sim_options"
-            raise ValueError(f"{name}:={given[name]}: {text}")
+            raise ValueError(f"{name}:={arguments[name]}: {text}")
     return options
 
 
@@ -129,7 +130,7 @@ class CheckedDrive:
     Args:
         scenario: name or path of the scenario; empty for the route alone
         report_path: where to write the report
-        given: arguments of all.launch that override those of the scenario
+        arguments: arguments of all.launch that override those of the scenario
         parameters: parameters by the name of their node, which override its configuration
 
     Raises:
@@ -140,16 +141,16 @@ class CheckedDrive:
         self,
         scenario: str,
         report_path: str,
-        given: Mapping[str, str],
+        arguments: Mapping[str, str],
         parameters: Mapping[str, Mapping] | None = None,
     ):
         self.report_path = report_path
         self._parameters = parameters or {}
         self.log_path = os.path.splitext(report_path)[0] + ".log"
         os.makedirs(os.path.dirname(report_path), exist_ok=True)
-        check_stack(given.get("workspace", ""), given.get("stack", ""))
+        check_stack(arguments.get("workspace", ""), arguments.get("stack", ""))
         self.environment: Mapping[str, str] = os.environ  # environment variables of the launch
-        if given.get("workspace"):
+        if arguments.get("workspace"):
             self.environment = _world_environment() or os.environ
         self.limits, camera, sync = {}, True, True
         if scenario:
@@ -158,7 +159,7 @@ class CheckedDrive:
         self.arguments = {
             "sync": str(sync).lower(),
             "camera": str(camera).lower(),
-            **launch_arguments(scenario, report_path, given),
+            **launch_arguments(scenario, report_path, arguments),
             "headless": "true",
             "report": report_path,
         }
@@ -233,7 +234,7 @@ class CheckedDrive:
 @contextlib.contextmanager
 def isolated_drive(
     scenario: str,
-    given: Mapping[str, str],
+    arguments: Mapping[str, str],
     parameters: Mapping[str, Mapping] | None = None,
     route_m: np.ndarray | None = None,
     timeout_s: float = 1200.0,
@@ -245,7 +246,7 @@ def isolated_drive(
 
     Args:
         scenario: as that of CheckedDrive
-        given: the same
+        arguments: the same
         parameters: the same
         route_m: (N, 2) waypoints, in place of the route of the scenario [m]
         timeout_s: wall time after which the drive is interrupted [s]
@@ -257,14 +258,14 @@ def isolated_drive(
         the drive, and the lines that `CheckedDrive.run` returns
     """
     with tempfile.TemporaryDirectory(prefix="drive_") as folder:
-        given = {"referee_options": "{pictures: false}", **given}
+        arguments = {"referee_options": "{pictures: false}", **arguments}
         if route_m is not None:
-            given["waypoints_path"] = os.path.join(folder, "route.csv")
+            arguments["waypoints_path"] = route_path = os.path.join(folder, "route.csv")
             # The y axis of a waypoint file points to the right.
-            np.savetxt(given["waypoints_path"], route_m * (1.0, -1.0), fmt="%.9f", delimiter=",")
+            np.savetxt(route_path, route_m * (1.0, -1.0), fmt="%.9f", delimiter=",")
         with isolated_ros_environment(os.path.join(folder, "ros"), _LEFT_BEHIND_S) as variables:
             path = report_path or os.path.join(folder, "report.json")
-            drive = CheckedDrive(scenario, path, given, parameters)
+            drive = CheckedDrive(scenario, path, arguments, parameters)
             network = {name: variables[name] for name in _NETWORK}
             drive.environment = {**(environment or drive.environment), **network}
             lines = drive.run(timeout_s, watch)
@@ -303,14 +304,14 @@ def _print_check(name: str, scenario: Scenario, report_path: str) -> int:
 def main() -> int:
     """Run the command line and return the exit status."""
     task, name, report_path, *rest = sys.argv[1:]
-    given = dict(argument.split(":=", 1) for argument in rest if ":=" in argument)
+    arguments = dict(argument.split(":=", 1) for argument in rest if ":=" in argument)
     options = [argument for argument in rest if ":=" not in argument]
     try:
         if task == "check":
             return _print_check(name, load_scenario(find_scenario(name)), report_path)
-        if "." in given.get("map", ""):  # a file
-            print(*report_lines(load_network(given["map"])), sep="\n", file=sys.stderr)
-        arguments = launch_arguments(name, report_path, given)
+        if "." in arguments.get("map", ""):  # a file
+            print(*report_lines(load_network(arguments["map"])), sep="\n", file=sys.stderr)
+        arguments = launch_arguments(name, report_path, arguments)
     except (OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1

@@ -114,7 +114,7 @@ def validate(document: YamlDocument, schema: dict) -> None:
     mistakes = _mistakes(document.values, schema)
     if mistakes:
         # A misspelt key comes first: it is often the reason for other errors.
-        _, keys, message = min(mistakes, key=lambda one: (one[0], document.line(one[1])))
+        _, keys, message = min(mistakes, key=lambda row: (row[0], document.line(row[1])))
         raise document.error(keys, message)
 
 
@@ -160,13 +160,13 @@ def _describe(error: Any) -> tuple[list, str]:
         return keys, f"key '{key}' is missing in {name}; add the line '{key}: ...'"
     if error.validator == "dependencies":
         for key, needed in rule.items():
-            for other in needed if key in value else ():
-                if other not in value:
-                    fix = f"add '{other}: ...' or remove '{key}'"
-                    return [*keys, key], f"key '{other}' is missing, '{key}' needs it; {fix}"
+            for needed_key in needed if key in value else ():
+                if needed_key not in value:
+                    fix = f"add '{needed_key}: ...' or remove '{key}'"
+                    return [*keys, key], f"key '{needed_key}' is missing, '{key}' needs it; {fix}"
     found = _TYPE_NAMES.get(type(value)) or repr(value)[:40]
     if error.validator == "enum":
-        known = [one if isinstance(one, str) else str(one).lower() for one in rule]
+        known = [word if isinstance(word, str) else str(word).lower() for word in rule]
         return keys, f"{name} is {found}; {_suggestion(str(value), known)}"
     return keys, f"{name} must be {_expected(error.schema)}, got {found}"
 

@@ -37,7 +37,7 @@ def building(scenery: Scenery, item: int) -> Solid:
         parts = _block(corners, height_m, wall)
     polygons, normals, bgr, is_pane = zip(*parts)
     counts = [len(part) for part in polygons]
-    repeated = (np.repeat(np.array(one), counts, axis=0) for one in (normals, bgr, is_pane))
+    repeated = (np.repeat(np.array(values), counts, axis=0) for values in (normals, bgr, is_pane))
     return Solid(np.concatenate(polygons), *repeated)
 
 

@@ -68,7 +68,7 @@ def _mesh(faces: list[_Face]) -> Mesh:
     corners = np.array(
         [[*points, *[points[-1]] * (FACE_CORNERS - len(points))] for points, _ in faces], float
     )
-    colours = np.array([(1.0, 1.0, 1.0) if one is None else one for _, one in faces], float)
+    colours = np.array([(1.0, 1.0, 1.0) if rgb is None else rgb for _, rgb in faces], float)
     return Mesh(
         corners=corners,
         colours=colours,

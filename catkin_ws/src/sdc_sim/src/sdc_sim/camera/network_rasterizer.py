@@ -75,9 +75,8 @@ class NetworkRasterizer:
         reach_m = self._half_m[:, None] * 1.5 + 1.0
         self._low = np.minimum(self._start, self._end) - reach_m
         self._high = np.maximum(self._start, self._end) + reach_m
-        self._areas = [
-            one.polygon_m for one in network.junctions.values() if len(one.polygon_m) > 2
-        ]
+        polygons_m = (junction.polygon_m for junction in network.junctions.values())
+        self._areas = [polygon_m for polygon_m in polygons_m if len(polygon_m) > 2]
         self._area_low = np.array([area.min(axis=0) for area in self._areas]).reshape(-1, 2) - 1.0
         self._area_high = np.array([area.max(axis=0) for area in self._areas]).reshape(-1, 2) + 1.0
 
@@ -91,8 +90,8 @@ class NetworkRasterizer:
         line = np.asarray(points, np.float32)[:, None]
         points = cv2.approxPolyDP(line, _TOLERANCE_M, False)[:, 0].astype(float)
         s = arc_lengths(points)
-        at = np.unique(np.append(s, np.arange(0.0, s[-1], _LONGEST_M)))
-        points = interpolate(at, s, points)
+        places = np.unique(np.append(s, np.arange(0.0, s[-1], _LONGEST_M)))
+        points = interpolate(places, s, points)
         left = left_normals(points)
         head = np.tile([float(layer), half_m], (len(points) - 1, 1))
         self._rows.append(np.hstack([head, points[:-1], points[1:], left[:-1], left[1:]]))
@@ -102,8 +101,8 @@ class NetworkRasterizer:
     ) -> None:
         s = arc_lengths(points)
         for start in np.arange(0.0, s[-1] - dash_m, period_m):
-            at = np.linspace(start, start + dash_m, _DASH_POINTS)
-            self._add(interpolate(at, s, points), _PAINT, half_m)
+            places = np.linspace(start, start + dash_m, _DASH_POINTS)
+            self._add(interpolate(places, s, points), _PAINT, half_m)
 
     def _add_line(self, points: np.ndarray, kind: str) -> None:
         if kind == BROKEN:
@@ -121,8 +120,8 @@ class NetworkRasterizer:
         if np.hypot(*along) < np.hypot(*across):
             corner, along, across = polygon[1], across, -along
         length = float(np.hypot(*along))
-        for at in np.arange(0.5 * _STRIPE_PERIOD_M, length, _STRIPE_PERIOD_M):
-            start = corner + along * (at / length)
+        for along_m in np.arange(0.5 * _STRIPE_PERIOD_M, length, _STRIPE_PERIOD_M):
+            start = corner + along * (along_m / length)
             self._add(np.array([start, start + across]), _PAINT, 0.5 * _STRIPE_M)
 
     def _add_places(self, network: Network) -> None:
@@ -143,8 +142,8 @@ class NetworkRasterizer:
     def _add_arrows(self, network: Network, junction: Junction) -> None:
         """Add the arrows of the ways from each lane before a junction."""
         ways: dict[str, set[str]] = {}
-        for one in junction.connections:
-            ways.setdefault(one.start, set()).add(one.direction.lower())
+        for way in junction.connections:
+            ways.setdefault(way.start, set()).add(way.direction.lower())
         for name, directions in ways.items():
             lane = network.lanes[name]
             begin_m = lane.length_m - _ARROW_END_M

@@ -187,7 +187,7 @@ class RoadRasterizer:
         if canvas.level < 3:
             width = road.lane_width_m
             bands += [
-                (at - 0.22, at + 0.22, track) for at in (-0.75, 0.75, width - 0.75, width + 0.75)
+                (y - 0.22, y + 0.22, track) for y in (-0.75, 0.75, width - 0.75, width + 0.75)
             ]
         right_m, left_m, brightness = zip(*bands)
         return np.array([right_m, left_m]), list(brightness), half_m, paint

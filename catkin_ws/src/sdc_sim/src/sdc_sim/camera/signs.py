@@ -45,16 +45,16 @@ def _plate(number: int) -> list[tuple]:
     """Return outlines on a plate of -1..1, counter-clockwise, and their colours, back to front."""
     if number == STOP_SIGN:
         text = _text(_PAINT["stop"], 0.3, 0.15)
-        return [(_ring(8, 1.0), _WHITE), (_ring(8, 0.92), _RED), *((one, _WHITE) for one in text)]
+        return [(_ring(8, 1.0), _WHITE), (_ring(8, 0.92), _RED), *((part, _WHITE) for part in text)]
     if number == YIELD_SIGN:
         triangle = np.array([(0.0, -1.0), (1.0, 0.75), (-1.0, 0.75)])
         return [(triangle, _RED), (0.62 * triangle + (0.0, 0.08), _WHITE)]
     if number == PRIORITY_SIGN:
         diamond = np.array([(0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)])
         return [(diamond, _BLACK), (0.95 * diamond, _WHITE), (0.7 * diamond, _YELLOW)]
-    digits = [_PAINT["digits"][int(one)] for one in str(number)]
+    digits = [_PAINT["digits"][int(digit)] for digit in str(number)]
     text = _text(digits, 0.3 if len(digits) > 2 else 0.42, 0.22)
-    return [(_ring(16, 1.0), _RED), (_ring(16, 0.78), _WHITE), *((one, _BLACK) for one in text)]
+    return [(_ring(16, 1.0), _RED), (_ring(16, 0.78), _WHITE), *((digit, _BLACK) for digit in text)]
 
 
 def _ring(count: int, radius: float) -> np.ndarray:

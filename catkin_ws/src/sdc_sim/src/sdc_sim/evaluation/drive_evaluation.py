@@ -34,9 +34,8 @@ _MIN_PACE_S = 5.0
 # A reason applies until the next one, but no longer than this after its stamp.
 _REASON_VALID_NS = 1_000_000_000
 _MAX_REASON_LENGTH, _MAX_DETAIL_LENGTH = 40, 80
-# Another mission begins so close to the car along the last one, and its first point is so far from
-# the last one that is kept.
-_JOIN_M, _APART_M = 30.0, 0.5
+_JOIN_M = 30.0  # another mission begins within this distance of the car along the last mission
+_APART_M = 0.5  # least distance of its first point from the last point that is kept
 # Kinds of obstacles and the report's names for them.
 _COLLISION_KINDS = {"pedestrian": "pedestrian", "obstacle": "static"}
 

@@ -13,14 +13,15 @@ from typing import Any, Sequence
 from sdc_map.network import Network
 from sdc_sim.physics.collision import Rectangle, overlap
 
-# Who is slower is at rest, the car and another one [m/s].
-_CAR_RESTS_MPS, _OTHER_RESTS_MPS = 0.05, 0.005
-# One is behind if it is in this direction from the rear axle, which is a share of the length behind
-# the centre.
-_BEHIND_RAD, _REAR_AXLE = math.radians(150.0), 0.3
-# The motion of the last tick is continued in these steps up to the contact [s], at this gap [m].
-_STEP_S, _LONGEST_S, _CONTACT_M = 0.01, 1.0, 0.1
-_LANE_M, _BUMPER_M = 2.5, 0.05
+_CAR_RESTS_MPS = 0.05  # a slower car is at rest
+_OTHER_RESTS_MPS = 0.005  # a slower road user is at rest
+_BEHIND_RAD = math.radians(150.0)  # least direction, from the rear axle, of a body that is behind
+_REAR_AXLE = 0.3  # distance of the rear axle behind the centre, as a share of the length
+_STEP_S = 0.01  # step in which the motion of the last tick is continued up to the contact
+_LONGEST_S = 1.0  # longest time for which that motion is continued
+_CONTACT_M = 0.1  # gap of a contact
+_LANE_M = 2.5  # lanes are searched within this distance
+_BUMPER_M = 0.05
 
 
 def is_at_fault(network: Network, car: Sequence, other: Sequence) -> bool:
@@ -29,30 +30,30 @@ def is_at_fault(network: Network, car: Sequence, other: Sequence) -> bool:
     Args:
         network: the streets
         car: (time [s], `RoadUser`) of the ticks before the collision, in order
-        other: the same of the other one; one that is not known counts as one at rest
+        other: the same of the other road user; an unknown one counts as at rest
     """
     if not car or car[-1][1].speed_mps <= _CAR_RESTS_MPS:
         return False
     if not other or other[-1][1].speed_mps <= _OTHER_RESTS_MPS:
         return True
-    mine, theirs = _at_contact(car, other)
-    c, s = math.cos(mine.yaw_rad), math.sin(mine.yaw_rad)
-    x, y = theirs.x_m - mine.x_m, theirs.y_m - mine.y_m
+    car_body, other_body = _at_contact(car, other)
+    c, s = math.cos(car_body.yaw_rad), math.sin(car_body.yaw_rad)
+    x, y = other_body.x_m - car_body.x_m, other_body.y_m - car_body.y_m
     ahead_m, left_m = c * x + s * y, c * y - s * x
-    if abs(math.atan2(left_m, ahead_m + _REAR_AXLE * mine.length_m)) > _BEHIND_RAD:
+    if abs(math.atan2(left_m, ahead_m + _REAR_AXLE * car_body.length_m)) > _BEHIND_RAD:
         return False
-    front_m = 0.5 * mine.length_m
-    bumper = mine._replace(x_m=mine.x_m + c * front_m, y_m=mine.y_m + s * front_m)
-    if overlap(bumper._replace(length_m=_BUMPER_M), theirs.grown(_CONTACT_M)):
+    front_m = 0.5 * car_body.length_m
+    bumper = car_body._replace(x_m=car_body.x_m + c * front_m, y_m=car_body.y_m + s * front_m)
+    if overlap(bumper._replace(length_m=_BUMPER_M), other_body.grown(_CONTACT_M)):
         return True
-    return not _is_within_one_lane(network, mine)
+    return not _is_within_one_lane(network, car_body)
 
 
 def _at_contact(car: Sequence, other: Sequence) -> tuple[Rectangle, Rectangle]:
     for step in range(round(_LONGEST_S / _STEP_S)):
-        mine, theirs = _after(car, step * _STEP_S), _after(other, step * _STEP_S)
-        if overlap(mine, theirs.grown(_CONTACT_M)):
-            return mine, theirs
+        car_body, other_body = _after(car, step * _STEP_S), _after(other, step * _STEP_S)
+        if overlap(car_body, other_body.grown(_CONTACT_M)):
+            return car_body, other_body
     return car[-1][1].body, other[-1][1].body
 
 
@@ -73,8 +74,8 @@ def _is_within_one_lane(network: Network, body: Rectangle) -> bool:
         return False
     lane = network.lanes[place.lane]
     near: list[Any] = [lane]
-    near += [network.lanes[one] for one in (*lane.predecessors, *lane.successors)]
+    near += [network.lanes[name] for name in (*lane.predecessors, *lane.successors)]
     return all(
-        any(one.line.nearest(*corner).distance_m <= 0.5 * one.width_m for one in near)
+        any(lane.line.nearest(*corner).distance_m <= 0.5 * lane.width_m for lane in near)
         for corner in body.corners()
     )

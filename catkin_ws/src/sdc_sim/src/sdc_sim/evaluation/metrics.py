@@ -113,10 +113,10 @@ def comfort_breaks(
         yaw = np.interp(even_s, time_s[part], np.unwrap(yaw_rad[part]))
         along, rate = slope(speed, _OF_ACCELERATION), slope(yaw, _OF_RATE)
         across = speed * slope(yaw, _OF_ACCELERATION)
-        jerks = (slope(one, _OF_JERK) for one in (along, np.hypot(along, across), rate))
+        jerks = (slope(signal, _OF_JERK) for signal in (along, np.hypot(along, across), rate))
         values = zip(_COMFORT.items(), (along, across, rate, *jerks))
         beyond = {
-            name for (name, (low, high)), one in values if one.min() < low or one.max() > high
+            name for (name, (low, high)), data in values if data.min() < low or data.max() > high
         }
         broken = beyond | (broken or set())
     return None if broken is None else sorted(broken)

@@ -174,7 +174,7 @@ class RouteProgress:
         while len(self.samples) > 1 and self.samples[-1].time_s > time_s:
             self.samples.pop()
         limit_m = self.rules.off_route_m
-        on_route = (one.s_m for one in self.samples if abs(one.cross_track_m) <= limit_m)
+        on_route = (sample.s_m for sample in self.samples if abs(sample.cross_track_m) <= limit_m)
         self.progress_m = max(on_route, default=0.0)
 
     def _end(self, status: str) -> None:

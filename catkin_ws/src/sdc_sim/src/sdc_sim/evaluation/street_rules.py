@@ -22,30 +22,26 @@ from sdc_sim.physics.collision import Rectangle, overlap
 NEAR_MISS, RIGHT_OF_WAY, STOP_SIGN = "near_miss", "right_of_way", "stop"
 WRONG_LANE, SPEEDING, BLOCKING = "wrong_lane", "speeding", "blocking"
 
-# Least time to collision, and between two bodies on the same place [s].
-_NEAR_S, _STEP_S = 1.0, 0.1
-# A near miss with the same road user counts again after this time [s].
-_AGAIN_S = 2.0
-# Paths with a smaller angle follow each other, and do not cross [rad].
-_CROSSING_RAD = math.radians(30.0)
-# Of a road user that reaches the junction within this time, the right of way is taken [s].
-_ARRIVES_S, _MOVING_MPS = 2.0, 1.0
-# A car has stopped at a sign if it was so slow, so close before its line.
-_STOPPED_MPS, _AT_LINE_M = 0.3, 4.0
-_AGAINST_RAD, _ALONG_RAD = math.radians(120.0), math.radians(60.0)
-# Above the speed limit by more than this [m/s].
-_TOLERANCE_MPS = 1.0
-# So long lasts what counts as wrong lane, speeding, and standing in a junction [s].
+_NEAR_S = 1.0  # least time to collision, and between two bodies on the same place
+_STEP_S = 0.1  # step of the prediction
+_AGAIN_S = 2.0  # a near miss with the same road user counts again after this time
+_CROSSING_RAD = math.radians(30.0)  # paths with a smaller angle follow each other
+_ARRIVES_S = 2.0  # the car takes the right of way of a road user that arrives within this time
+_MOVING_MPS = 1.0
+_STOPPED_MPS = 0.3  # a slower car has stopped
+_AT_LINE_M = 4.0  # a stop counts within this distance before the line of a sign
+_AGAINST_RAD = math.radians(120.0)  # least angle to the lane of a car that drives against it
+_ALONG_RAD = math.radians(60.0)  # greatest angle to the lane of a road user that drives along it
+_TOLERANCE_MPS = 1.0  # above the speed limit
+# Times after which wrong lane, speeding, and standing in a junction count [s].
 _LASTS_S = {WRONG_LANE: 1.0, SPEEDING: 1.0, BLOCKING: 5.0, YIELD_EMERGENCY: EMERGENCY_LASTS_S}
 _CAR_WIDTH_M = 1.9
-# Least and greatest distance ahead of the car of a road user that it passes [m].
-_PASSED_M = (-40.0, 60.0)
-# Least and greatest distance of that road user towards the edge of the road [m].
-_BESIDE_M = (-2.0, 12.0)
-_LANE_M = 2.5
-_SAME_WAY_M = 1.0  # one so near to a way that it does not cross drives along it
-# An odometry without road users at its time waits for so many later ones: where there are none,
-# the world says so once a second.
+_PASSED_M = (-40.0, 60.0)  # limits of the distance ahead of a road user that the car passes
+_BESIDE_M = (-2.0, 12.0)  # limits of its distance from the car towards the edge of the road
+_LANE_M = 2.5  # lanes are searched within this distance
+_SAME_WAY_M = 1.0  # a body within this distance of a way that does not cross it drives along it
+# An odometry without road users at its time waits for this many later ones: a world without road
+# users reports that once a second.
 _MOST_WAITING = 40
 
 
@@ -93,7 +89,7 @@ class StreetRules:
 
         Args:
             stamp_ns: stamp of the odometry
-            rows: of each one its id, the fields of its outline, its speed, and its kind
+            rows: for each road user its id, the fields of its outline, its speed, and its kind
         """
         self._others[stamp_ns] = rows
         self._others_ns = max(stamp_ns, self._others_ns)
@@ -102,7 +98,7 @@ class StreetRules:
     def is_at_fault(self, other: int, time_s: float) -> bool:
         """Return whether the car is at fault for a collision with a road user at this time [s]."""
         trails = self._trails.get(0, ()), self._trails.get(other, ()) if other else ()
-        before = ([one for one in trail if one[0] < time_s] for trail in trails)
+        before = ([moment for moment in trail if moment[0] < time_s] for trail in trails)
         return is_at_fault(self._network, *before)
 
     def _judge(self) -> list[tuple[str, DriveSample]]:
@@ -123,8 +119,8 @@ class StreetRules:
         time_s, x_m, y_m, yaw_rad, speed_mps, *_ = sample
         body = Rectangle(x_m, y_m, yaw_rad, 2.0 * self._front_m, _CAR_WIDTH_M, z_m)
         car = RoadUser(0, body, speed_mps)
-        # One that comes to a junction on a slope is on another level for a while.
-        others = [one for one in everyone if not other_level(one.body.z_m, z_m)]
+        # A road user that comes to a junction on a slope is on another level for a while.
+        others = [user for user in everyone if not other_level(user.body.z_m, z_m)]
         found = [NEAR_MISS] * self._near_misses(time_s, car, others)
         self._remember(time_s, [car, *everyone])
         c, s = math.cos(yaw_rad), math.sin(yaw_rad)
@@ -142,7 +138,7 @@ class StreetRules:
             car,
             nearest,
             others,
-            lambda: self._passes(car, [one for one in others if one.speed_mps < _MOVING_MPS]),
+            lambda: self._passes(car, [user for user in others if user.speed_mps < _MOVING_MPS]),
         )
         for name, holds in self._conditions(car, place, is_against, others):
             since_s = self._since_s.setdefault(name, time_s) if holds else None
@@ -178,14 +174,14 @@ class StreetRules:
         return abs(turned) > _AGAINST_RAD
 
     def _passes(self, car: RoadUser, others: Sequence[RoadUser]) -> bool:
-        """Return whether the car is around one that is slower, at the edge of the road."""
+        """Return whether the car is beside a slower road user at the edge of the road."""
         x_m, y_m, yaw_rad = car.body[:3]
         c, s = math.cos(yaw_rad), math.sin(yaw_rad)
-        for one in others:
-            dx, dy = one.body.x_m - x_m, one.body.y_m - y_m
+        for user in others:
+            dx, dy = user.body.x_m - x_m, user.body.y_m - y_m
             along_m, edge_m = c * dx + s * dy, self._network.y_sign * (s * dx - c * dy)
             beside = _PASSED_M[0] < along_m < _PASSED_M[1] and _BESIDE_M[0] < edge_m < _BESIDE_M[1]
-            along_mps = one.speed_mps * math.cos(one.body.yaw_rad - yaw_rad)
+            along_mps = user.speed_mps * math.cos(user.body.yaw_rad - yaw_rad)
             if beside and -_MOVING_MPS < along_mps < car.speed_mps + _MOVING_MPS:
                 return True
         return False
@@ -205,17 +201,11 @@ class StreetRules:
             signs = [way.line == STOP and way.signal < 0 for way, _, _ in ways]
             if any(signs) and self._slowest_mps > _STOPPED_MPS:
                 found.append(STOP_SIGN)
-            near = [one for one in others if one.speed_mps > _MOVING_MPS]
-            places = [self._network.nearest(*one.body[:3], _LANE_M, one.body.z_m) for one in near]
-            arriving = [
-                (one, at)
-                for one, at in zip(near, places)
-                if at and abs(at.heading_error_rad) < _ALONG_RAD  # no pedestrian on a crosswalk
-            ]
+            arriving = list(self._along_lanes(others))
             self._taken = {
                 edge_of(way.end)
-                for way, first, _ in ways
-                if any(self._arrives(*one, other, way) for one in arriving for other in first)
+                for way, priors, _ in ways
+                if any(self._arrives(*pair, prior, way) for pair in arriving for prior in priors)
             }
         elif not junction:
             if lanes[last.lane].junction and edge_of(place.lane) in self._taken:
@@ -227,73 +217,82 @@ class StreetRules:
             self._slowest_mps = min(self._slowest_mps, car.speed_mps)
         return found
 
-    def _arrives(self, one: RoadUser, at: LanePlace, way: Connection, own: Connection) -> bool:
+    def _along_lanes(self, users: Sequence[RoadUser]) -> Iterator[tuple[RoadUser, LanePlace]]:
+        """Yield the moving road users that drive along a lane, and their places."""
+        for user in users:
+            if user.speed_mps > _MOVING_MPS:
+                place = self._network.nearest(*user.body[:3], _LANE_M, user.body.z_m)
+                # A pedestrian on a crosswalk is across the lane.
+                if place and abs(place.heading_error_rad) < _ALONG_RAD:
+                    yield user, place
+
+    def _arrives(self, user: RoadUser, place: LanePlace, way: Connection, own: Connection) -> bool:
         """Return whether a road user is on a way before that of the car, or soon will be."""
-        lane_m = self._network.lanes[at.lane].length_m
-        if at.lane == way.start:
-            return lane_m - at.s_m - 0.5 * one.body.length_m < _ARRIVES_S * one.speed_mps
-        if at.lane not in way.through or self._is_on(one.body, own):
+        lane_m = self._network.lanes[place.lane].length_m
+        if place.lane == way.start:
+            return lane_m - place.s_m - 0.5 * user.body.length_m < _ARRIVES_S * user.speed_mps
+        if place.lane not in way.through or self._is_on(user.body, own):
             return False
-        before = way.through[: way.through.index(at.lane)]
+        before = way.through[: way.through.index(place.lane)]
         rear_m = sum(self._network.lanes[name].length_m for name in before)
-        rear_m += at.s_m - 0.5 * one.body.length_m
+        rear_m += place.s_m - 0.5 * user.body.length_m
         return rear_m < self._network.clear_m(way, own)
 
     def _is_on(self, body: Rectangle, way: Connection) -> bool:
         """Return whether a body drives along a way through a junction, where two overlap, too."""
         places = (self._network.lanes[name].line.nearest(*body[:2]) for name in way.through)
         return any(
-            one.distance_m < _SAME_WAY_M
-            and math.cos(body.yaw_rad - one.heading_rad) > math.cos(_CROSSING_RAD)
-            for one in places
+            place.distance_m < _SAME_WAY_M
+            and math.cos(body.yaw_rad - place.heading_rad) > math.cos(_CROSSING_RAD)
+            for place in places
         )
 
     def _near_misses(self, time_s: float, car: RoadUser, others: Sequence[RoadUser]) -> int:
         """Return with how many road users a near miss begins."""
-        near = [one for one in others if self._is_within_reach(car, one)]
+        near = [user for user in others if self._is_within_reach(car, user)]
         ahead, begun = list(self._way_ahead(car)) if near else [], 0
-        for one in near:
-            meet = any(map(overlap, ahead, self._way_ahead(one)))
-            if meet or self._have_crossed(car, one):
-                begun += time_s - self._seen_s.get(one.id, -math.inf) > _AGAIN_S
-                self._seen_s[one.id] = time_s
+        for user in near:
+            meet = any(map(overlap, ahead, self._way_ahead(user)))
+            if meet or self._have_crossed(car, user):
+                begun += time_s - self._seen_s.get(user.id, -math.inf) > _AGAIN_S
+                self._seen_s[user.id] = time_s
         return begun
 
-    def _is_within_reach(self, car: RoadUser, one: RoadUser) -> bool:
-        mine, other = car.body, one.body
-        reach_m = mine.length_m + other.length_m + _NEAR_S * (car.speed_mps + one.speed_mps)
-        return math.dist(mine[:2], other[:2]) <= reach_m
+    def _is_within_reach(self, car: RoadUser, user: RoadUser) -> bool:
+        car_body, body = car.body, user.body
+        reach_m = car_body.length_m + body.length_m + _NEAR_S * (car.speed_mps + user.speed_mps)
+        return math.dist(car_body[:2], body[:2]) <= reach_m
 
-    def _way_ahead(self, one: RoadUser) -> Iterator[Rectangle]:
+    def _way_ahead(self, user: RoadUser) -> Iterator[Rectangle]:
         """Yield the outlines of the next second at constant speed and turn rate."""
-        trail, rate = self._trails.get(one.id), 0.0
+        trail, rate = self._trails.get(user.id), 0.0
         if trail and len(trail) > 1:
             (before_s, before), (last_s, last) = trail[-2], trail[-1]
             turned = math.remainder(last.body.yaw_rad - before.body.yaw_rad, 2.0 * math.pi)
             rate = turned / max(last_s - before_s, 1e-3)
-        x, y, yaw, *size = one.body
+        x, y, yaw, *size = user.body
         for _ in range(round(_NEAR_S / _STEP_S)):
             middle = yaw + 0.5 * _STEP_S * rate
-            x += _STEP_S * one.speed_mps * math.cos(middle)
-            y += _STEP_S * one.speed_mps * math.sin(middle)
+            x += _STEP_S * user.speed_mps * math.cos(middle)
+            y += _STEP_S * user.speed_mps * math.sin(middle)
             yaw += _STEP_S * rate
             yield Rectangle(x, y, yaw, *size)
 
-    def _have_crossed(self, car: RoadUser, one: RoadUser) -> bool:
-        """Return whether one of them is where the other one was in the last second."""
-        mine, other = car.body, one.body
-        angle = abs(math.remainder(mine.yaw_rad - other.yaw_rad, 2.0 * math.pi))
+    def _have_crossed(self, car: RoadUser, user: RoadUser) -> bool:
+        """Return whether the car or the user is where the other was in the last second."""
+        car_body, body = car.body, user.body
+        angle = abs(math.remainder(car_body.yaw_rad - body.yaw_rad, 2.0 * math.pi))
         if not _CROSSING_RAD < angle < math.pi - _CROSSING_RAD:
             return False
-        return any(overlap(other, past.body) for _, past in self._trails.get(0, ())) or any(
-            overlap(mine, past.body) for _, past in self._trails.get(one.id, ())
+        return any(overlap(body, past.body) for _, past in self._trails.get(0, ())) or any(
+            overlap(car_body, past.body) for _, past in self._trails.get(user.id, ())
         )
 
     def _remember(self, time_s: float, everyone: Sequence[RoadUser]) -> None:
         trails = {}
-        for one in everyone:
-            trail = trails[one.id] = self._trails.get(one.id) or deque()
-            trail.append((time_s, one))
+        for user in everyone:
+            trail = trails[user.id] = self._trails.get(user.id) or deque()
+            trail.append((time_s, user))
             while time_s - trail[0][0] > _NEAR_S:
                 trail.popleft()
         self._trails = trails

@@ -65,8 +65,8 @@ class DriveState:
 
     def on_obstacles(self, message: Any) -> None:
         """Store the obstacles of an ObstacleArray."""
-        self._obstacle_kinds = {one.id: one.kind for one in message.obstacles}
-        self.obstacles = [obstacle_box(one)[1:] for one in message.obstacles]
+        self._obstacle_kinds = {obstacle.id: obstacle.kind for obstacle in message.obstacles}
+        self.obstacles = [obstacle_box(obstacle)[1:] for obstacle in message.obstacles]
 
     def on_path(self, path: Any) -> None:
         """Store a LocalPath.

@@ -123,8 +123,8 @@ def _draw_bar(panel: pygame.Surface, y: int, value: float, minimum: float) -> No
     """Draw a bar from zero to a value, with a knob where the value can have either sign."""
     left, width, top = _BAR_LEFT, _WIDTH - _MARGIN - _BAR_LEFT, y + 3
     zero, tip = (
-        left + width * (one - minimum) / (1.0 - minimum)
-        for one in (0.0, min(max(value, minimum), 1.0))
+        left + width * (end_value - minimum) / (1.0 - minimum)
+        for end_value in (0.0, min(max(value, minimum), 1.0))
     )
     knob = 2 if minimum < 0.0 else 0
     pygame.draw.rect(panel, _TROUGH, (left, top, width, _BAR_HEIGHT))

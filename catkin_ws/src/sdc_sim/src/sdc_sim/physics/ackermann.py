@@ -131,11 +131,11 @@ class AckermannControl:
         if force_n <= 0.0:
             return 0.0, min(1.0, -force_n / p.brake_force_n)
         forces, throttles = p.drive_forces_n, p.throttle_points
-        at = bisect.bisect_left(forces, force_n)
-        if at >= len(forces):
+        index = bisect.bisect_left(forces, force_n)
+        if index >= len(forces):
             return 1.0, 0.0
-        share = (force_n - forces[at - 1]) / (forces[at] - forces[at - 1])
-        throttle = throttles[at - 1] + share * (throttles[at] - throttles[at - 1])
+        share = (force_n - forces[index - 1]) / (forces[index] - forces[index - 1])
+        throttle = throttles[index - 1] + share * (throttles[index] - throttles[index - 1])
         if p.creep_force_n > 0.0:
             creep = (force_n + p.creep_damping_n_per_mps * abs(forward_mps)) / p.creep_force_n
             throttle = min(throttle, creep)  # the drive force is the larger of both

@@ -96,20 +96,20 @@ def first_contact(motion: Motion, other: Motion) -> Contact | None:
     overlaps the other at the start may move as long as the overlap does not get deeper.
     """
     start, end = motion(0.0), motion(1.0)
-    there, then = other(0.0), other(1.0)
+    other_start, other_end = other(0.0), other(1.0)
     travelled = math.hypot(end.x_m - start.x_m, end.y_m - start.y_m)
-    travelled += math.hypot(then.x_m - there.x_m, then.y_m - there.y_m)
+    travelled += math.hypot(other_end.x_m - other_start.x_m, other_end.y_m - other_start.y_m)
     if (
-        math.hypot(start.x_m - there.x_m, start.y_m - there.y_m)
-        > start.reach_m + there.reach_m + travelled
+        math.hypot(start.x_m - other_start.x_m, start.y_m - other_start.y_m)
+        > start.reach_m + other_start.reach_m + travelled
     ):
         return None
-    inside = overlap(start, there)
+    inside = overlap(start, other_start)
     if inside:
-        deeper = overlap(end, then)
+        deeper = overlap(end, other_end)
         return Contact(0.0, inside[1], inside[2]) if deeper and deeper[0] > inside[0] else None
     travelled += start.reach_m * abs(end.yaw_rad - start.yaw_rad)
-    travelled += there.reach_m * abs(then.yaw_rad - there.yaw_rad)
+    travelled += other_start.reach_m * abs(other_end.yaw_rad - other_start.yaw_rad)
     steps = max(1, math.ceil(travelled / _STEP_M))
     for step in range(1, steps + 1):
         if overlap(motion(step / steps), other(step / steps)):

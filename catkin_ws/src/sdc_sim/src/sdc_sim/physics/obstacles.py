@@ -126,12 +126,12 @@ class SimulatedObstacle:
             return None
         if not self.started:
             self.started = self._may_start(elapsed_s, ego)
-        contact, here, ahead = None, self.travelled_m, 0.0
+        contact, from_m, ahead = None, self.travelled_m, 0.0
         if self.started:
-            ahead = distance = min(self.plan.speed_mps * step_s, self._path.s[-1] - here)
+            ahead = distance = min(self.plan.speed_mps * step_s, self._path.s[-1] - from_m)
         if ahead > 0.0:
             contact = first_contact(
-                lambda share: self.body_at(here + share * distance).rectangle, lambda _: ego
+                lambda share: self.body_at(from_m + share * distance).rectangle, lambda _: ego
             )
             ahead *= contact.share if contact else 1.0
             self.travelled_m += ahead
@@ -161,7 +161,7 @@ class Obstacles:
 
     def at(self, place: Rectangle) -> ObstacleState | None:
         """Return an obstacle that overlaps this place, None if it is free."""
-        return next((one for one in self.states if overlap(one.rectangle, place)), None)
+        return next((state for state in self.states if overlap(state.rectangle, place)), None)
 
     def reset(self) -> None:
         """Restore the obstacles of the scenario: added ones go, removed ones return."""
@@ -212,14 +212,15 @@ class Obstacles:
         Raises:
             ValueError: there is no obstacle with this ID
         """
-        at = next((at for at, one in enumerate(self.all) if one.id == number), None)
-        if at is None:
+        ids = [obstacle.id for obstacle in self.all]
+        if number not in ids:
             raise ValueError(f"there is no obstacle {number}")
-        body, plan = self.all[at].body, self.all[at].plan
-        del self.all[at]
+        index = ids.index(number)
+        body, plan = self.all[index].body, self.all[index].plan
+        del self.all[index]
         if motion:
             plan = replace(plan, points_m=((body.x_m, body.y_m),)).straight_on(*motion)
-            self.all.insert(at, SimulatedObstacle(number, plan, self._ground))
+            self.all.insert(index, SimulatedObstacle(number, plan, self._ground))
 
     def advance(self, elapsed_s: float, step_s: float, ego: Rectangle) -> list[CollisionEvent]:
         """Move all obstacles for step_s while the ego vehicle does not move.
@@ -241,16 +242,16 @@ class Obstacles:
         Returns:
             the contacts that began
         """
-        before, events, moved, blocked = {one.id: one for one in self.others}, [], [], set()
-        for one in states:
-            met = overlap(one.rectangle, ego) if _is_within(0.0, one, ego) else None
+        before, events, moved, blocked = {state.id: state for state in self.others}, [], [], set()
+        for state in states:
+            met = overlap(state.rectangle, ego) if _is_within(0.0, state, ego) else None
             if not met:
-                moved.append(one)
-            elif one.id in before:  # one that begins there is not on the road yet
-                blocked.add(one.id)
-                moved.append(before[one.id]._replace(speed_mps=0.0))
-                if self.begin_contact(one.id):
-                    events.append(_push(one, met[1], met[2]))
+                moved.append(state)
+            elif state.id in before:  # a body that begins there is not on the road yet
+                blocked.add(state.id)
+                moved.append(before[state.id]._replace(speed_mps=0.0))
+                if self.begin_contact(state.id):
+                    events.append(_push(state, met[1], met[2]))
         self.others, self.blocked = tuple(moved), frozenset(blocked)
         return events
 
@@ -258,7 +259,7 @@ class Obstacles:
         """Return the obstacle and the contact that first stop this motion, None if it is free."""
         first, start, end = None, motion(0.0), motion(1.0)
         way_m = math.hypot(end.x_m - start.x_m, end.y_m - start.y_m)
-        near = [one for one in self.states if _is_within(way_m, one, start)]
+        near = [state for state in self.states if _is_within(way_m, state, start)]
         for body in near:
             contact = first_contact(motion, lambda _: body.rectangle)  # noqa: B023
             if contact and (first is None or contact.share < first[1].share):

@@ -131,7 +131,7 @@ def draw_overlay(path: str, a: Report, b: Report) -> None:
     from sdc_sim.report.plots import PANELS, map_and_panels, new_figure, thinned  # slow to import
 
     figure = new_figure(16.0, 9.0, 13.0)
-    shown = {title: one for title, one in PANELS.items() if title.startswith(tuple(_SHOWN))}
+    shown = {title: panel for title, panel in PANELS.items() if title.startswith(tuple(_SHOWN))}
     on_map, panels = map_and_panels(figure, shown, 0.87)
     panels[0].set_xlim(0.0, max(a.metrics["route_length_m"], b.metrics["route_length_m"]))
     for number, (report, letter, style) in enumerate(zip((a, b), "AB", _STYLES)):

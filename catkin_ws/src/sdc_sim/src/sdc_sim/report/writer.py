@@ -57,7 +57,7 @@ def open_report(
     """
     with _failing_with(report_path, "name a file in a writable folder with report:=FILE"):
         os.makedirs(os.path.dirname(report_path) or ".", exist_ok=True)
-        others = (companion(report_path, one) for one in (".csv", PARAMETERS, *_PAGES))
+        others = (companion(report_path, suffix) for suffix in (".csv", PARAMETERS, *_PAGES))
         for path in (report_path, *others):
             with contextlib.suppress(FileNotFoundError):
                 os.remove(path)

@@ -44,7 +44,7 @@ class LaneInvasionDetector:
         ]
         right, left = min(lateral), max(lateral)
         on, near = (
-            {number for number, (at, _) in enumerate(_LINES) if right - far < at < left + far}
+            {number for number, (y_m, _) in enumerate(_LINES) if right - far < y_m < left + far}
             for far in (0.0, CLEAR_M)
         )
         begun = sorted(on - self._crossing)

@@ -37,8 +37,8 @@ def network_markings(network: Network) -> RoadMarkings:
         points = line.points_m
         if line.kind == BROKEN:
             s = arc_lengths(points)
-            at = np.arange(0.0, s[-1] - DASH_LENGTH_M, DASH_PERIOD_M)
-            ends = [interpolate(one, s, points) for one in (at, at + DASH_LENGTH_M)]
+            starts = np.arange(0.0, s[-1] - DASH_LENGTH_M, DASH_PERIOD_M)
+            ends = [interpolate(s_m, s, points) for s_m in (starts, starts + DASH_LENGTH_M)]
             dashes.append(np.stack(ends, axis=1))
         else:
             edges.append(np.stack([points[:-1], points[1:]], axis=1))
@@ -46,7 +46,7 @@ def network_markings(network: Network) -> RoadMarkings:
         right, left = (lane.beside(side * (0.5 * lane.width_m + MARGIN_M)) for side in (-1.0, 1.0))
         surface.append(np.stack([right[:-1], right[1:], left[1:], left[:-1]], axis=1))
     none = np.zeros((0, 2, 2))
-    solid, broken = (np.concatenate([none, *one]) for one in (edges, dashes))
+    solid, broken = (np.concatenate([none, *parts]) for parts in (edges, dashes))
     return RoadMarkings(solid, broken, np.vstack(surface))
 
 
@@ -55,14 +55,14 @@ class NetworkInvasionDetector:
 
     def __init__(self, network: Network):
         lines = network.lines()
-        self._start = np.vstack([one.points_m[:-1] for one in lines])
-        self._end = np.vstack([one.points_m[1:] for one in lines])
-        self._z_m = np.concatenate([one.z_m[:-1] for one in lines])
+        self._start = np.vstack([line.points_m[:-1] for line in lines])
+        self._end = np.vstack([line.points_m[1:] for line in lines])
+        self._z_m = np.concatenate([line.z_m[:-1] for line in lines])
         self._low = np.minimum(self._start, self._end)
         self._high = np.maximum(self._start, self._end)
-        counts = [len(one.points_m) - 1 for one in lines]
+        counts = [len(line.points_m) - 1 for line in lines]
         self._line = np.repeat(np.arange(len(lines)), counts)
-        self._kinds = [_KINDS.get(one.kind, lane_invasion.SOLID) for one in lines]
+        self._kinds = [_KINDS.get(line.kind, lane_invasion.SOLID) for line in lines]
         self.reset()
 
     def reset(self) -> None:
@@ -90,9 +90,9 @@ class NetworkInvasionDetector:
         )
         # Liang and Barsky, "A New Concept and Method for Line Clipping", ACM TOG 1984.
         step = np.where(np.abs(end - start) < 1e-9, 1e-9, end - start)
-        one, other = ((side * (half + beyond_m) - start) / step for side in (-1.0, 1.0))
-        enter = np.minimum(one, other).max(axis=1)
-        leave = np.maximum(one, other).min(axis=1)
+        right, left = ((side * (half + beyond_m) - start) / step for side in (-1.0, 1.0))
+        enter = np.minimum(right, left).max(axis=1)
+        leave = np.maximum(right, left).min(axis=1)
         yield from self._line[rows[(enter <= leave) & (enter <= 1.0) & (leave >= 0.0)]].tolist()
 
 

@@ -39,7 +39,7 @@ def network_scenery(network: Network, seed: int) -> Scenery:
     No building is near a motorway or another fast road.
     """
     y_sign, network = network.y_sign, network.right_hand
-    outer = [one for one in network.driving if not one.junction and not one.right]
+    outer = [lane for lane in network.driving if not lane.junction and not lane.right]
     ends_m = np.cumsum([lane.length_m for lane in outer])
     half_m = 0.5 * max(lane.width_m for lane in network.driving)
 
@@ -87,11 +87,12 @@ def _signs(network: Network) -> tuple[np.ndarray, ...]:
         placed.append((x, y, heading + np.pi, number))
 
     for junction in network.junctions.values():
-        ways = [one for one in junction.connections if one.signal < 0]
-        lines = {one.start: one.line for one in ways if one.line}
+        ways = [way for way in junction.connections if way.signal < 0]
+        lines = {way.start: way.line for way in ways if way.line}
         # Where ways neither part nor meet there is a crosswalk, or one lane more or less.
-        meet = len(ways) > min(len({one[end] for one in ways}) for end in (0, 2)) if ways else False
-        for name in {one.start for one in ways} if lines and meet else ():
+        starts, ends = {way.start for way in ways}, {way.end for way in ways}
+        meet = len(ways) > min(len(starts), len(ends))
+        for name in starts if lines and meet else ():
             lane = network.lanes[name]
             if not lane.right and lane.length_m > 20.0:
                 by_line = {STOP: STOP_SIGN, YIELD: YIELD_SIGN}
@@ -99,9 +100,10 @@ def _signs(network: Network) -> tuple[np.ndarray, ...]:
     for lane in network.driving:
         if lane.junction or lane.right or lane.length_m < 20.0:
             continue
-        before = [network.lanes[one] for one in lane.predecessors]
-        before = [network.lanes[one] for each in before for one in each.predecessors]
-        if any(abs(one.speed_limit_mps - lane.speed_limit_mps) > 0.5 for one in before):
+        connectors = [network.lanes[name] for name in lane.predecessors]
+        before = {name for connector in connectors for name in connector.predecessors}
+        limits_mps = [network.lanes[name].speed_limit_mps for name in before]
+        if any(abs(limit_mps - lane.speed_limit_mps) > 0.5 for limit_mps in limits_mps):
             place(lane, 4.0, round(3.6 * lane.speed_limit_mps))
     rows = np.array(sorted(placed), float).reshape(-1, 4)
     kind = np.full(len(rows), SIGN)

@@ -99,9 +99,9 @@ def generate_route(spec: Mapping) -> np.ndarray:
     heading = math.radians(spec["start"]["heading_deg"]) + _integral(curvature, step)
     x = spec["start"]["x_m"] + _integral(np.cos(heading), step)
     y = spec["start"]["y_m"] + _integral(np.sin(heading), step)
-    at = np.linspace(0.0, length, int(round(length / spec["spacing_m"])) + 1)
-    yaw = (np.degrees(np.interp(at, s, heading)) + 180.0) % 360.0 - 180.0
-    return np.column_stack([np.interp(at, s, x), -np.interp(at, s, y), -yaw])
+    places_m = np.linspace(0.0, length, int(round(length / spec["spacing_m"])) + 1)
+    yaw = (np.degrees(np.interp(places_m, s, heading)) + 180.0) % 360.0 - 180.0
+    return np.column_stack([np.interp(places_m, s, x), -np.interp(places_m, s, y), -yaw])
 
 
 def csv_lines(rows: np.ndarray) -> list[str]:

@@ -41,7 +41,7 @@ class Scenery:
 
 
 def generate_scenery(
-    at: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
+    place_at: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
     slots_m: np.ndarray,
     edges_m: tuple[float, float],
     on_road: Callable[[np.ndarray, float], np.ndarray],
@@ -50,7 +50,7 @@ def generate_scenery(
     """Return trees and buildings next to a road, none on any pass of it.
 
     Args:
-        at: returns points (N, 2) of the route and unit vectors to the left at arc lengths (N,) [m]
+        place_at: returns route points (N, 2) and unit vectors to the left at arc lengths (N,) [m]
         slots_m: (M,) arc lengths, each for a pair of objects to the right and to the left [m]
         edges_m: lateral offsets of the right and the left edge of the asphalt [m]
         on_road: returns which points (N, 2) are on the road widened by a margin [m]
@@ -60,7 +60,7 @@ def generate_scenery(
     count = 2 * len(slots_m)
     s = np.repeat(slots_m, 2) + rng.uniform(-3.0, 3.0, count)
     side = np.tile([-1.0, 1.0], len(slots_m))
-    points, left = at(s)
+    points, left = place_at(s)
     kind = _kinds(rng, slots_m)
     size = _sizes(rng, kind)
     setback = np.where(kind == TREE, rng.uniform(2.5, 9.0, count), rng.uniform(5.0, 9.0, count))

@@ -81,15 +81,16 @@ def light_status(world: World) -> list[carla.CarlaTrafficLightStatusList]:
 
 def _colours(world: World) -> list[carla.CarlaTrafficLightStatus]:
     return [
-        carla.CarlaTrafficLightStatus(one.id, one.state) for one in world.snapshot.traffic_lights
+        carla.CarlaTrafficLightStatus(light.id, light.state)
+        for light in world.snapshot.traffic_lights
     ]
 
 
 def obstacles(world: World) -> list[ObstacleArray]:
     """Return the true states of obstacles and traffic lights."""
     states = [
-        Obstacle(one.id, one.kind, _pose(one), Vector3(*one.size_m), one.speed_mps)
-        for one in world.snapshot.obstacles
+        Obstacle(state.id, state.kind, _pose(state), Vector3(*state.size_m), state.speed_mps)
+        for state in world.snapshot.obstacles
     ]
     return [ObstacleArray(world.header(), states, _colours(world))]
 
@@ -168,10 +169,10 @@ def collisions(world: World) -> list[carla.CarlaCollisionEvent]:
     ]
 
 
-def obstacle_marker(world: World, one: ObstacleState) -> Marker:
+def obstacle_marker(world: World, obstacle: ObstacleState) -> Marker:
     """Return an obstacle as a box for RViz, in the namespace `obstacles`."""
-    colour = (*KINDS[one.kind].colour, 1.0)
-    marker = _box(world, one.id, _pose(one), one.size_m, colour)
+    colour = (*KINDS[obstacle.kind].colour, 1.0)
+    marker = _box(world, obstacle.id, _pose(obstacle), obstacle.size_m, colour)
     marker.ns = "obstacles"
     return marker
 
@@ -209,11 +210,11 @@ def all_objects(world: World) -> list[ObjectArray]:
 def object_markers(world: World) -> list[Marker]:
     """Return the box of each object for RViz: green for the vehicle, red for others."""
     markers = []
-    for one in (_own(world), *_others(world)):
-        colour = (0.0, 255.0, 0.0) if one.id == world.id else (255.0, 0.0, 0.0)
-        size = one.shape.dimensions
-        markers.append(_box(world, one.id, one.pose, size, (*colour, _MARKER_SHARE)))
-        markers[-1].text = f"id = {one.id}"
+    for body in (_own(world), *_others(world)):
+        colour = (0.0, 255.0, 0.0) if body.id == world.id else (255.0, 0.0, 0.0)
+        size = body.shape.dimensions
+        markers.append(_box(world, body.id, body.pose, size, (*colour, _MARKER_SHARE)))
+        markers[-1].text = f"id = {body.id}"
     return markers
 
 
@@ -233,20 +234,20 @@ def _own(world: World) -> Object:
 
 
 def _others(world: World) -> list[Object]:
-    return [_object(world, one) for one in world.snapshot.obstacles]
+    return [_object(world, obstacle) for obstacle in world.snapshot.obstacles]
 
 
-def _object(world: World, one: ObstacleState) -> Object:
+def _object(world: World, state: ObstacleState) -> Object:
     """Return an obstacle as an object; its twist is in the map frame."""
     message = Object(
         header=world.header(),
-        id=one.id,
+        id=state.id,
         detection_level=Object.OBJECT_TRACKED,
-        pose=_pose(one),
-        shape=SolidPrimitive(SolidPrimitive.BOX, one.size_m),
+        pose=_pose(state),
+        shape=SolidPrimitive(SolidPrimitive.BOX, state.size_m),
     )
-    message.twist.linear = map_vector(one.yaw_rad, one.speed_mps, 0.0)
-    shown_as = KINDS[one.kind].shown_as
+    message.twist.linear = map_vector(state.yaw_rad, state.speed_mps, 0.0)
+    shown_as = KINDS[state.kind].shown_as
     if shown_as:
         message.object_classified = True
         message.classification = getattr(Object, "CLASSIFICATION_" + shown_as)
@@ -260,7 +261,8 @@ def actor_list(world: World) -> list[carla.CarlaActorList]:
     observed = world.snapshot
     actors = [carla.CarlaActorInfo(world.id, 0, world.vehicle_type, world.role_name)]
     actors += [
-        carla.CarlaActorInfo(one.id, 0, KINDS[one.kind].blueprint, "") for one in observed.obstacles
+        carla.CarlaActorInfo(state.id, 0, KINDS[state.kind].blueprint, "")
+        for state in observed.obstacles
     ]
     actors += [
         carla.CarlaActorInfo(light.id, 0, "traffic.traffic_light", "")

@@ -45,7 +45,7 @@ class Connections:
         """
         if publisher not in self._open:
             listed = self._ask(publisher, "getBusInfo") or ()
-            self._open[publisher] = {(one[4], one[1]) for one in listed if one[2] in _OUTWARD}
+            self._open[publisher] = {(link[4], link[1]) for link in listed if link[2] in _OUTWARD}
         return (topic, subscriber) in self._open[publisher]
 
     def _ask(self, node: str, method: str) -> Any:

@@ -28,10 +28,10 @@ from sdc_sim.ros.waypoint_messages import waypoint_rows
 ROUTE_TOPIC = "/planner/mission_waypoints"
 PATH_TOPIC = "/planner/local_waypoints"
 # The control commands of the versions of the bridge by their md5 sums.
-_CONTROLS = {one._md5sum: one for one in (CarlaVehicleControl, CarlaEgoVehicleControl)}
+_CONTROLS = {command._md5sum: command for command in (CarlaVehicleControl, CarlaEgoVehicleControl)}
 # Of a path with more points, the page of the report shows only some.
 _SHOWN_POINTS = 12
-_CONTROL_NAMES = " or ".join(one._type for one in _CONTROLS.values())
+_CONTROL_NAMES = " or ".join(command._type for command in _CONTROLS.values())
 
 
 class EvaluatorInput:
@@ -63,7 +63,9 @@ class EvaluatorInput:
 
         def stamped(event: str, field: str) -> Callable[[Any], bool]:
             """Return the method that adds a field of a message with a header as this event."""
-            return lambda one: evaluator.add(event, one.header.stamp.to_nsec(), getattr(one, field))
+            return lambda message: evaluator.add(
+                event, message.header.stamp.to_nsec(), getattr(message, field)
+            )
 
         # Odometry is last: a sim in lockstep starts when the referee subscribes to it, and by then
         # the referee must be subscribed to all other topics.
@@ -129,8 +131,8 @@ class EvaluatorInput:
             self.evaluator.add("scene", OBSTACLES, array.header.stamp.to_sec(), shown)
         if self.evaluator.rules.map:
             rows = [
-                (*obstacle_box(one), one.pose.position.z, one.speed, one.kind)
-                for one in array.obstacles
+                (*obstacle_box(obstacle), obstacle.pose.position.z, obstacle.speed, obstacle.kind)
+                for obstacle in array.obstacles
             ]
             self.evaluator.add("others", array.header.stamp.to_nsec(), rows)
         if array.traffic_lights:

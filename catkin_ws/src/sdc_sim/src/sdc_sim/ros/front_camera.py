@@ -185,7 +185,7 @@ class FrontCamera:
         """Render the picture of an observation, and render and publish those of other cameras."""
         state, light = observation.state, self._daylight
         boxes = [obstacle_box(obstacle) for obstacle in observation.obstacles]
-        boxes += [traffic_light_box(one) for one in observation.traffic_lights]
+        boxes += [traffic_light_box(light) for light in observation.traffic_lights]
         place = state.x_m, state.y_m, state.yaw_rad
         picture = self._renderer.render(*place, boxes, light, time_s=observation.time_s)
         self._rendered.put((picture, observation.stamp_ns))

@@ -80,7 +80,7 @@ class SimulationServices:
     ):
         self._lock = lock
         self._simulation, self._world = setup.simulation, setup.world
-        self._simulations = [one.simulation for one in setup.cars]
+        self._simulations = [car.simulation for car in setup.cars]
         self._pause = pause
         self._route = setup.route
         self._clicked_obstacle = setup.values.clicked_obstacle
@@ -99,7 +99,7 @@ class SimulationServices:
         self._subscribe(
             "/initialpose",
             PoseWithCovarianceStamped,
-            lambda one: place(*map_pose(one.header.frame_id, one.pose.pose)),
+            lambda message: place(*map_pose(message.header.frame_id, message.pose.pose)),
         )
         self._subscribe("/clicked_point", PointStamped, self._on_click)
         if "/control/set_transform" in setup.bridge.topics:
@@ -141,24 +141,24 @@ class SimulationServices:
         rospy.loginfo("sim: from tick %d on: %s", self._simulation.tick, text)
 
     def _set_obstacle(self, request: Any) -> tuple[int, str]:
-        one, number = request.obstacle, request.obstacle.id
+        obstacle, number = request.obstacle, request.obstacle.id
         obstacles = self._simulation.obstacles
         try:
             self._check_one_car()
-            check_between(0.0, _MAX_OBSTACLE_MPS, speed=one.speed)
+            check_between(0.0, _MAX_OBSTACLE_MPS, speed=obstacle.speed)
             if request.remove:
                 obstacles.change(number, None)
             elif number:
-                obstacles.change(number, (map_pose(MAP_FRAME, one.pose)[2], one.speed))
-            elif one.kind in KINDS:
-                plan = ObstaclePlan.stationary(one.kind, *map_pose(MAP_FRAME, one.pose))
+                obstacles.change(number, (map_pose(MAP_FRAME, obstacle.pose)[2], obstacle.speed))
+            elif obstacle.kind in KINDS:
+                plan = ObstaclePlan.stationary(obstacle.kind, *map_pose(MAP_FRAME, obstacle.pose))
                 taken = obstacles.at(Rectangle(*plan.points_m[0], plan.yaw_rad, *plan.size_m[:2]))
                 if taken:
                     raise ValueError(f"the {taken.kind} {taken.id} is there; choose another place")
-                plan = plan.straight_on(plan.yaw_rad, one.speed)
+                plan = plan.straight_on(plan.yaw_rad, obstacle.speed)
                 number = obstacles.add(plan, self._simulation.outline)
             else:
-                raise ValueError(f"unknown kind '{one.kind}'; use one of {', '.join(KINDS)}")
+                raise ValueError(f"unknown kind '{obstacle.kind}'; use one of {', '.join(KINDS)}")
         except ValueError as error:
             return 0, str(error)
         if self._pause.waiting:

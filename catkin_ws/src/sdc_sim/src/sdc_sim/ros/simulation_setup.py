@@ -32,13 +32,14 @@ def _parameters() -> dict[str, Any]:
     """Return all parameters; with one that is missing, unknown or not valid the node ends."""
     known = [*packaged_config("sim"), *_OF_NODE, *_PATHS]
     # One call for all: rospy hangs if it gets a signal during a call to the master.
-    given = rospy.get_param("~", {})
-    for name in sorted(set(given) - set(known)):
+    values = rospy.get_param("~", {})
+    for name in sorted(set(values) - set(known)):
         hint = suggestion(name, known, "remove it")
         refuse(f"unknown parameter {rospy.resolve_name('~' + name)}; {hint}")
     try:
         return {
-            name: checked(name, given[name] if name in given else parameter(name)) for name in known
+            name: checked(name, values[name] if name in values else parameter(name))
+            for name in known
         }
     except ValueError as error:
         refuse(f"{error}; fix it in config/sim.yaml")

@@ -274,5 +274,6 @@ class SimulationTopics:
             return []
         # A person may have removed an obstacle.
         markers = [Marker(header=world.header(), ns="obstacles", action=Marker.DELETEALL)]
-        markers += [bridge_messages.obstacle_marker(world, one) for one in world.snapshot.obstacles]
+        obstacles = world.snapshot.obstacles
+        markers += [bridge_messages.obstacle_marker(world, obstacle) for obstacle in obstacles]
         return [MarkerArray(markers)]

@@ -65,8 +65,8 @@ def build_simulation(
         load_network = importlib.import_module("sdc_map.network_file").load_network
         ground = load_network(values["map_path"]).ground
     if ground:
-        heights = [ground(one.x_m, one.y_m, one.heading_rad)[0] for one in lights]
-        lights = [replace(one, z_m=height) for one, height in zip(lights, heights)]
+        heights = [ground(light.x_m, light.y_m, light.heading_rad)[0] for light in lights]
+        lights = [replace(light, z_m=height) for light, height in zip(lights, heights)]
     tick_s, seed, type_name = values["tick_s"], values["seed"], values["street_scenario"]
     lights, traffic = [*lights, *part_of_map("traffic.lights", values["map_path"])], None
     for name in ("traffic", "street_scenario"):
@@ -74,7 +74,7 @@ def build_simulation(
             raise DocumentError(f"{name}: other road users need streets; name a map (map:=FILE)")
     if type_name:
         placed = part_of_map("scenario.street_scenarios", values["map_path"], type_name, seed)
-        lights = [replace(one, offset_s=one.offset_s + placed.lights_s) for one in lights]
+        lights = [replace(light, offset_s=light.offset_s + placed.lights_s) for light in lights]
         values = {**values, **placed.parameters}
     vehicle = _vehicle(values, vehicle_class)
     if type_name:
@@ -127,7 +127,7 @@ def part_of_map(module: str, map_path: str, *arguments: Any) -> Any:
 def sensors_that_are_on(values: Mapping[str, Any]) -> dict[str, SensorSettings]:
     """Return the settings of the sensors with a period, by name."""
     settings = {name: sensor_settings(name, values[name]) for name in SENSORS}
-    return {name: one for name, one in settings.items() if one.period_s > 0.0}
+    return {name: sensor for name, sensor in settings.items() if sensor.period_s > 0.0}
 
 
 def start_pose(

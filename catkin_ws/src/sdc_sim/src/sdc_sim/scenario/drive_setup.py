@@ -103,11 +103,11 @@ def drive_setup(
     if route is None and loaded is not None:
         source, place = loaded.route, loaded.path
     parameters = node_config("sdc_sim", "sim")
-    given = options or {}
+    changes = options or {}
     if loaded is not None:
         parameters = overridden(parameters, sensor_options(loaded), loaded.path)
-        given = sim_options(loaded, given)
-    parameters = overridden(parameters, given, "sim_options")
+        changes = sim_options(loaded, changes)
+    parameters = overridden(parameters, changes, "sim_options")
     seed, missions = parameters["seed"], None
     if loaded is not None and loaded.map is not None and route is None:
         map = map or map_path(loaded, seed)  # noqa: A001

@@ -42,11 +42,11 @@ def file_points(points_m: np.ndarray) -> np.ndarray:
     return np.array([[float(f"{x:.6f}"), float(f"{y:.6f}")] for x, y in points_m.tolist()])
 
 
-def given_points(name: str, given: Mapping[str, str]) -> list[Point]:
+def given_points(name: str, arguments: Mapping[str, str]) -> list[Point]:
     """Return the points of an argument, such as X,Y;X,Y [m]; ValueError if it is not valid."""
-    text = given.get(name, "")
+    text = arguments.get(name, "")
     try:
-        numbers = [[float(one) for one in part.split(",")] for part in text.split(";") if text]
+        numbers = [[float(word) for word in part.split(",")] for part in text.split(";") if text]
     except ValueError:
         numbers = [[]]
     if any(len(point) != 2 for point in numbers) or not np.isfinite(numbers).all():

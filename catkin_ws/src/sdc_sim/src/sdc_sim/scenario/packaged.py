@@ -106,12 +106,12 @@ def parse_options(text: str, name: str = "sim_options") -> dict:
     return options
 
 
-def sim_options(scenario: Scenario, given: Mapping[str, Any]) -> dict[str, Any]:
+def sim_options(scenario: Scenario, own_options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the parameters of config/sim.yaml that a drive of a scenario replaces.
 
     Args:
         scenario: the scenario
-        given: parameters that override those of the scenario; of a sensor, single settings
+        own_options: parameters that override those of the scenario; of a sensor, single settings
 
     Raises:
         DocumentError: the scenario names an unknown vehicle.
@@ -120,7 +120,7 @@ def sim_options(scenario: Scenario, given: Mapping[str, Any]) -> dict[str, Any]:
     if scenario.vehicle is not None:
         find_packaged("vehicle", scenario.vehicle, scenario.path)
         options["vehicle"] = scenario.vehicle
-    for name, value in given.items():
+    for name, value in own_options.items():
         before = options.get(name)
         if name in SENSORS and isinstance(before, dict) and isinstance(value, dict):
             value = {**before, **value}

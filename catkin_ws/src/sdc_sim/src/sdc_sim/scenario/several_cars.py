@@ -49,10 +49,10 @@ def build_world(
             raise DocumentError(f"{name}: not with cars:={values['cars']}, because {reason}")
     cars, step = {}, values["next_car"]
     for number, name in enumerate(names_of_cars(values["cars"], values["role_name"])):
-        start = {key: at + number * step.get(key, 0.0) for key, at in values["start"].items()}
+        start = {key: value + number * step.get(key, 0.0) for key, value in values["start"].items()}
         own = {**values, "start": start, "seed": values["seed"] + number}
         cars[name] = build_simulation(own, route, waypoints_m)
-        if any(len(one.plan.points_m) > 1 for one in cars[name].obstacles.all):
+        if any(len(obstacle.plan.points_m) > 1 for obstacle in cars[name].obstacles.all):
             fix = "an obstacle that moves reacts to one car; let it stand still"
             raise DocumentError(f"obstacles: not with cars:={values['cars']}: {fix}")
     x_m, y_m = route.points[-1].tolist()
@@ -63,11 +63,11 @@ def setups(first: Any) -> list[Any]:
     """Return the SimulationSetup of the first car, and those of the other cars of its world."""
     found = [first]
     for name, simulation in list(first.world.cars.items())[1:]:
-        one = copy.copy(first)
-        one.number, one.simulation, one.ego = len(found) + 1, simulation, "/carla/" + name
-        one.values = copy.copy(first.values)
-        one.values.role_name, one.drive_log = name, None
-        one.values.picture_feed += "_" + name
-        one.pictures = first.pictures and first.pictures._replace(role_name=name)
-        found.append(one)
+        setup = copy.copy(first)
+        setup.number, setup.simulation, setup.ego = len(found) + 1, simulation, "/carla/" + name
+        setup.values = copy.copy(first.values)
+        setup.values.role_name, setup.drive_log = name, None
+        setup.values.picture_feed += "_" + name
+        setup.pictures = first.pictures and first.pictures._replace(role_name=name)
+        found.append(setup)
     return found

@@ -29,33 +29,34 @@ from sdc_sim.traffic.actors import Actor
 from sdc_sim.traffic.lights import lights_of
 from sdc_sim.yaml_document import packaged_config
 
-# A way of a road user begins so far before the event, and ends so far after it.
-_BACK_M, _ON_M = 160.0, 220.0
-# Way of a flow behind its meeting with the car [m], and least time to the junction before it [s].
-_SINK, _SEEN_S = 80, 4.0
-# Least way before and after the event that does not lead through a further junction, and what
-# remains to the end of a lane.
-_LEAST_M, _MARGIN_M, _MOST_M = 42.0, 5.0, 420.0
+_BACK_M = 160.0  # length of the way of a road user before the event
+_ON_M = 220.0  # length of the way of a road user after the event
+_SINK = 80  # points, 1 m apart, of the way of a flow after it meets the car
+_SEEN_S = 4.0  # least time that a vehicle of a flow drives to the junction
+_LEAST_M = 42.0  # least way before and after the event without a further junction
+_MARGIN_M = 5.0  # least distance to the end of a lane
+_MOST_M = 420.0  # length of the longest mission
 _TRIES = 6  # places on each stretch
-# The street is looked at so far before and after the event for bends.
-_LOOK_BACK_M, _LOOK_ON_M = 35.0, 25.0
-_ONCOMING_M, _ONCOMING_RAD = 2.0, math.radians(25.0)
-# Two ways meet where they are so near.
-_MEET_M = 1.5
-# With these the car is expected to reach the event: a street's limit and an acceleration.
-_CAR_MPS, _CAR_MPS2 = 12.0, 1.8
+_LOOK_BACK_M = 35.0  # length of the street before the event that is searched for bends
+_LOOK_ON_M = 25.0  # length of the street after the event that is searched for bends
+_ONCOMING_M = 2.0  # greatest distance of an oncoming lane beside a lane
+_ONCOMING_RAD = math.radians(25.0)  # greatest angle of an oncoming lane to the opposite direction
+_MEET_M = 1.5  # two ways meet within this distance
+_CAR_MPS = 12.0  # speed with which the car is expected to reach the event: the limit of a street
+_CAR_MPS2 = 1.8  # acceleration with which the car is expected to start
 # From when until when, after the car comes, a light must have its colour [s].
 _LIGHT_S = {"green": (-6.0, 8.0), "red": (-8.0, 3.0)}
-# Crosswalks so near to the way and to the line before the junction are on it.
-_CROSSWALK_M, _BEHIND_LINE_M = 5.0, 30.0
-_SIDE_RAD, _NO_WAY = math.radians(50.0), "a road user has no way here"
+_CROSSWALK_M = 5.0  # a crosswalk within this distance of the way is on it
+_BEHIND_LINE_M = 30.0  # greatest distance of a crosswalk to the event
+_SIDE_RAD = math.radians(50.0)  # tolerance of the direction from which a road user comes
+_NO_WAY = "a road user has no way here"
 _SIDES = {"opposite": math.pi, "left": -0.5 * math.pi, "right": 0.5 * math.pi, "along": 0.0}
 # Parameters that are positive to the left, or from the left.
 _TO_THE_LEFT = ("left_m", "turned_rad", "side_wind_mps")
 _graph = lru_cache(maxsize=2)(LaneGraph)
-# Time limit: so many times the time at the speed limits, and so much more.
-_LIMIT_RATIO, _LIMIT_S = 3.0, 40.0
-_DRAWS = 20  # so often places are drawn, until all road users have a route at one
+_LIMIT_RATIO = 3.0  # time limit as a multiple of the time at the speed limits
+_LIMIT_S = 40.0  # constant part of the time limit
+_DRAWS = 20  # attempts to draw a place at which all road users have a route
 
 
 class _Site(NamedTuple):
@@ -117,7 +118,7 @@ def _mirrored(placed: Placement) -> Placement:
     """Return the mirror image of a type on streets with traffic on the right."""
     flip = np.array([1.0, -1.0])
     # Vehicles of a flow share their way.
-    paths_m = {id(one.path_m): one.path_m * flip for one in placed.actors}
+    paths_m = {id(actor.path_m): actor.path_m * flip for actor in placed.actors}
     return replace(
         placed,
         start=(placed.start[0], -placed.start[1]),
@@ -125,17 +126,17 @@ def _mirrored(placed: Placement) -> Placement:
         mission_m=placed.mission_m * flip,
         event_m=(placed.event_m[0], -placed.event_m[1]),
         actors=tuple(
-            replace(negated(one, "turned_rad"), path_m=paths_m[id(one.path_m)])
-            for one in placed.actors
+            replace(negated(actor, "turned_rad"), path_m=paths_m[id(actor.path_m)])
+            for actor in placed.actors
         ),
-        parameters={name: _mirrored_value(name, one) for name, one in placed.parameters.items()},
+        parameters={key: _mirrored_value(key, value) for key, value in placed.parameters.items()},
     )
 
 
 def _mirrored_value(name: str, value: Any) -> Any:
     """Return a parameter of config/sim.yaml in the mirror."""
     if isinstance(value, dict):
-        return {key: _mirrored_value(key, one) for key, one in value.items()}
+        return {key: _mirrored_value(key, item) for key, item in value.items()}
     return -value if name in _TO_THE_LEFT else value
 
 
@@ -184,8 +185,9 @@ class _Placer:
             event_m = network.lanes[site.way.end].points_m[0]
         self._event_at_m = self._line.nearest(*event_m.tolist()).s_m
         if where.get("event") == "crosswalk":
-            places = (self._line.nearest(*one.mean(axis=0).tolist()) for one in network.crosswalks)
-            near = [one.s_m for one in places if one.distance_m < _CROSSWALK_M]
+            centres = (polygon.mean(axis=0).tolist() for polygon in network.crosswalks)
+            places = (self._line.nearest(*centre) for centre in centres)
+            near = [place.s_m for place in places if place.distance_m < _CROSSWALK_M]
             near = [s for s in near if abs(s - self._event_at_m) < _BEHIND_LINE_M]
             if not near:
                 raise NoRouteError(_NO_WAY)
@@ -194,16 +196,16 @@ class _Placer:
     def placement(self) -> Placement:
         """Return the placement."""
         row = self._row
-        groups = (one if isinstance(one, list) else [one] for one in row.get("actors", ()))
+        groups = (group if isinstance(group, list) else [group] for group in row.get("actors", ()))
         has_light = "light" in row and self._site.way and self._site.way.signal >= 0
         return Placement(
             self._start,
             [self._goal],
             self._mission_m,
             self._line.point_at(self._event_at_m),
-            tuple(one for group in groups for each in group for one in self._actors(each)),
+            tuple(actor for group in groups for entry in group for actor in self._actors(entry)),
             self._lights_s(row["light"]) if has_light else 0.0,
-            {key: _drawn(one, self._draw) for key, one in row.get("parameters", {}).items()},
+            {key: _drawn(value, self._draw) for key, value in row.get("parameters", {}).items()},
             _LIMIT_S + _LIMIT_RATIO * self._mission.time_s + row.get("extra_s", 0.0),
         )
 
@@ -216,7 +218,7 @@ class _Placer:
             cycle_s = round(sum(seconds for _, seconds in light.phases))
             if math.dist((light.x_m, light.y_m), end) < 1.0:
                 for ahead_s in self._draw.sample(range(cycle_s), cycle_s):
-                    states = {light.state(one) for one in (times_s + ahead_s).tolist()}
+                    states = {light.state(moment) for moment in (times_s + ahead_s).tolist()}
                     if states == {COLOURS.index(colour)}:
                         return float(ahead_s)
         raise NoRouteError(_NO_WAY)
@@ -230,7 +232,7 @@ class _Placer:
             first, last = (network.lanes[self._mission.lanes[end]] for end in (0, -1))
             parts = _chain(network, first, on_m=0.0), _chain(network, last, back_m=0.0)
             ends = self._mission_m[0], self._mission_m[-1]
-            back, on = (np.argmin(np.hypot(*(one - end).T)) for one, end in zip(parts, ends))
+            back, on = (np.argmin(np.hypot(*(part - end).T)) for part, end in zip(parts, ends))
             if back < self._row["place"].get("behind_m", 0.0):  # points are 1 m apart
                 raise NoRouteError(_NO_WAY)
             points = np.vstack([parts[0][: max(back - 1, 0)], self._mission_m, parts[1][on + 2 :]])
@@ -253,18 +255,19 @@ class _Placer:
 
     def _through(self, way: Mapping[str, str]) -> tuple[np.ndarray, float]:
         """Return the points of another way through the junction, and where its line is [m]."""
-        network, own = self._network, self._site.way
-        (mine,) = (one for one in network.ways[self._site.lane.id] if one.connection is own)
-        wanted = self._site.lane.heading_at(self._site.lane.length_m) + _SIDES[way["from"]]
-        for one in network.junctions[mine.junction].connections:
-            start = network.lanes[one.start]
+        network, lane, own = self._network, self._site.lane, self._site.way
+        (own_way,) = (option for option in network.ways[lane.id] if option.connection is own)
+        wanted = lane.heading_at(lane.length_m) + _SIDES[way["from"]]
+        for connection in network.junctions[own_way.junction].connections:
+            start = network.lanes[connection.start]
             turned = math.remainder(start.heading_at(start.length_m) - wanted, 2.0 * math.pi)
-            fits = one.direction.lower() in way["turn"] and start is not self._site.lane
-            fits = fits and way.get("first", one in mine.first) == (one in mine.first)
+            fits = connection.direction.lower() in way["turn"] and start is not lane
+            is_first = connection in own_way.first
+            fits = fits and way.get("first", is_first) == is_first
             if fits and abs(turned) < _SIDE_RAD:
                 before = _chain(network, start, on_m=0.0, own=self._own)
-                after = _chain(network, network.lanes[one.end], back_m=0.0, own=self._own)
-                inside = [network.lanes[name].points_m for name in one.through]
+                after = _chain(network, network.lanes[connection.end], back_m=0.0, own=self._own)
+                inside = [network.lanes[name].points_m for name in connection.through]
                 return _even(np.vstack([before, *inside, after])), float(arc_lengths(before)[-1])
         raise NoRouteError(_NO_WAY)
 
@@ -280,10 +283,10 @@ class _Placer:
     def _actors(self, row: Mapping[str, Any]) -> Iterator[Actor]:
         """Yield the road users of a row of the table."""
         draw = self._draw
-        row = {key: one if key == "kind" else _drawn(one, draw) for key, one in row.items()}
+        row = {key: value if key == "kind" else _drawn(value, draw) for key, value in row.items()}
         way = row["way"]
         if isinstance(way, dict):
-            way = {key: _drawn(one, draw) for key, one in way.items()}
+            way = {key: _drawn(value, draw) for key, value in way.items()}
         points, s_m, meets_m, line_m = self._across(row) if way == "across" else self._way(way)
         limit_mps = self._site.lane.speed_limit_mps if row.get("of_limit") else 1.0
         speed, at_m = row.get("mps", 0.0) * limit_mps, row.get("at_m", 0.0)
@@ -293,7 +296,7 @@ class _Placer:
             at_m = line_m - row["from_line_m"] - s_m
         elif "comes_s" in row:
             at_m = -speed * (_reach_s(meets_m, _CAR_MPS, _CAR_MPS2) + row["comes_s"])
-        drawn = ([_drawn(one, draw) for one in step] for step in row.get("steps", ()))
+        drawn = ([_drawn(number, draw) for number in step] for step in row.get("steps", ()))
         steps = tuple((after_s, mps * limit_mps, rate) for after_s, mps, rate in drawn)
         same: dict[str, Any] = {
             key: row[key] for key in ("within_m", "within_s", "looks") if key in row
@@ -398,10 +401,10 @@ def _next(network: Network, lane: RoadLane, ahead: bool) -> RoadLane | None:
     """Return the lane after this one, or before it up to the last light, that turns least."""
     if ahead:
         return network.straight_on(lane)
-    lit = {name for name, one in network.junctions.items() if one.phases}
+    lit = {name for name, junction in network.junctions.items() if junction.phases}
     before = [network.lanes[name] for name in lane.predecessors]
-    before = [one for one in before if one.junction not in lit]
-    turns = [one.heading_at(one.length_m) - lane.heading_at(0.0) for one in before]
+    before = [approach for approach in before if approach.junction not in lit]
+    turns = [approach.heading_at(approach.length_m) - lane.heading_at(0.0) for approach in before]
     turns = [abs(math.remainder(turn, 2.0 * math.pi)) for turn in turns]
     return before[turns.index(min(turns))] if before else None
 
@@ -433,12 +436,12 @@ def _chain(
     lanes = [lane]
     for ahead, far_m in ((False, back_m), (True, on_m)):
         while far_m > 0.0:
-            one = _next(network, lanes[-1 if ahead else 0], ahead)
-            if one is None or one.id in own:
+            following = _next(network, lanes[-1 if ahead else 0], ahead)
+            if following is None or following.id in own:
                 break
-            lanes.insert(len(lanes) if ahead else 0, one)
-            far_m -= one.length_m
-    return _even(np.vstack([one.points_m for one in lanes]))
+            lanes.insert(len(lanes) if ahead else 0, following)
+            far_m -= following.length_m
+    return _even(np.vstack([part.points_m for part in lanes]))
 
 
 def _even(points: np.ndarray) -> np.ndarray:

@@ -103,7 +103,7 @@ class Frusta:
             arrays (B,) or (R, B) that do not consider bottom and top
         """
         owner = rays.owner
-        c, s = (one[owner] for one in self._axis)
+        c, s = (component[owner] for component in self._axis)
         ahead, aside = c * rays.east + s * rays.north, c * rays.north - s * rays.east
         along, across = self._offset(rays.dx, rays.dy)
         front, rear, left, right = self.reach_m.T
@@ -223,10 +223,11 @@ def moving_bodies(
     obstacles: Sequence[ObstacleState], lights: Sequence[TrafficLightState]
 ) -> list[Frusta]:
     """Return the solid parts of obstacles and traffic lights."""
-    places = [(one.kind, *one[2:8]) for one in obstacles]
+    places = [(obstacle.kind, *obstacle[2:8]) for obstacle in obstacles]
     # The lamps face the cars, against the heading of the lane.
     places += [
-        ("light", one.x_m, one.y_m, one.heading_rad + math.pi, 1.0, 1.0, 1.0) for one in lights
+        ("light", light.x_m, light.y_m, light.heading_rad + math.pi, 1.0, 1.0, 1.0)
+        for light in lights
     ]
     parts = []
     for kind, x_m, y_m, yaw_rad, length_m, width_m, height_m in places:
@@ -303,9 +304,9 @@ class LidarModel(SensorModel):
         nearest = self._ground.copy()
         yaw_rad += self._first_rad
         with np.errstate(divide="ignore", invalid="ignore"):
-            for one in bodies:
-                if len(one.position_m):
-                    self._cast_bodies(nearest, x_m, y_m, yaw_rad, one)
+            for group in bodies:
+                if len(group.position_m):
+                    self._cast_bodies(nearest, x_m, y_m, yaw_rad, group)
         ranges = np.minimum(nearest[:, : self._turn], nearest[:, self._turn :])
         ranges *= self._stretch
         ranges[ranges > self._range_m] = np.inf
@@ -349,10 +350,11 @@ class LidarModel(SensorModel):
         state, ahead = moment.state, self._mount_m[0]
         x_m = state.x_m + ahead * math.cos(state.yaw_rad)
         y_m = state.y_m + ahead * math.sin(state.yaw_rad)
-        bodies = [near(one, x_m, y_m, self._reach_m) for one in self._scenery]
+        bodies = [near(group, x_m, y_m, self._reach_m) for group in self._scenery]
+        plane_at = moment.plane_at
         around: list[Any] = [
-            [one for one in some if not other_level(one.z_m, moment.plane_at(one.x_m, one.y_m))]
-            for some in (moment.obstacles, moment.traffic_lights)
+            [body for body in states if not other_level(body.z_m, plane_at(body.x_m, body.y_m))]
+            for states in (moment.obstacles, moment.traffic_lights)
         ]
         if any(around):
             bodies += moving_bodies(*around)

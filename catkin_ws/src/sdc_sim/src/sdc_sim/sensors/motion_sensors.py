@@ -51,7 +51,7 @@ class DirectSensor(SensorModel):
         settings: SensorSettings,
         context: SensorContext,
     ):
-        super().__init__(context.errors([error_sizes(settings, *one) for one in errors]))
+        super().__init__(context.errors([error_sizes(settings, *error) for error in errors]))
         self._true, self._reading, self._parameters = true, reading, context.parameters
 
     def read(self, moment: Moment, tick: int) -> Any:
@@ -163,7 +163,7 @@ class Gnss(SensorModel):
 
     def _multipath_offset(self, moment: Moment, tick: int) -> Sequence[float]:
         """Return the offset of the position by reflections, a first-order Gauss-Markov process."""
-        sizes = [one.offset_m for one in self._multipath if one.contains(moment)]
+        sizes = [region.offset_m for region in self._multipath if region.contains(moment)]
         size = max(sizes, default=0.0)
         if size == 0.0:
             self._offset_m = None

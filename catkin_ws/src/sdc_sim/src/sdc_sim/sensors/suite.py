@@ -53,12 +53,12 @@ class SensorSuite:
         for number, name in enumerate(SENSORS):
             if name not in settings:
                 continue
-            one = settings[name]
-            period_ticks = max(1, DelayLine(one.period_s, tick_s).ticks)
-            latency_ticks = DelayLine(one.latency_s, tick_s).ticks
+            sensor = settings[name]
+            period_ticks = max(1, DelayLine(sensor.period_s, tick_s).ticks)
+            latency_ticks = DelayLine(sensor.latency_s, tick_s).ticks
             model_class, field = _MODELS[name]
             context = SensorContext(seed, number, period_ticks * tick_s, parameters, route, scenery)
-            self._sensors.append((field, period_ticks, latency_ticks, model_class(one, context)))
+            self._sensors.append((field, period_ticks, latency_ticks, model_class(sensor, context)))
         longest_latency = max((latency for _, _, latency, _ in self._sensors), default=0)
         self._moments: deque[Moment] = deque(maxlen=1 + longest_latency)
 

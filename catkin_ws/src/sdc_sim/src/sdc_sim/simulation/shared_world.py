@@ -21,8 +21,8 @@ from sdc_sim.simulation.simulation import OccupiedError, Simulation
 from sdc_sim.simulation.snapshot import Snapshot
 
 MOST_CARS = 8
-# A car that is at rest this close to the end of the way has arrived.
-_ARRIVED_M, _AT_REST_MPS = 2.0, 0.05
+_ARRIVED_M = 2.0  # a car at rest within this distance of the end of the way has arrived
+_AT_REST_MPS = 0.05
 
 
 class SharedWorld:
@@ -52,9 +52,9 @@ class SharedWorld:
             start = partial(lambda name, _ego: self._others(name), name)
             car.traffic = SimpleNamespace(reset=start, advance=lambda *_: [])
         self.reset()
-        for one, other in combinations(self.cars, 2):
-            if overlap(self.cars[one].outline, self.cars[other].outline):
-                raise OccupiedError(f"{one} and {other} start at the same place; move one of them")
+        for name, other in combinations(self.cars, 2):
+            if overlap(self.cars[name].outline, self.cars[other].outline):
+                raise OccupiedError(f"{name} and {other} start at the same place; move one of them")
 
     @property
     def tick(self) -> int:
@@ -104,8 +104,8 @@ class SharedWorld:
         return math.dist(self._end_m, (state.x_m, state.y_m)) < _ARRIVED_M
 
     def _others(self, name: str) -> list[ObstacleState]:
-        on_road = [one for one in self.on_road if one != name] if name in self.on_road else []
-        return [self._state(one) for one in on_road]
+        on_road = [other for other in self.on_road if other != name] if name in self.on_road else []
+        return [self._state(other) for other in on_road]
 
     def _state(self, name: str) -> ObstacleState:
         car, (*_, height_m) = self.cars[name], KINDS["car"].size_m
@@ -122,24 +122,24 @@ class SharedWorld:
         names = sorted(self.on_road, key=lambda name: (before[name].x_m, before[name].y_m))
         ways = {name: self.cars[name].motion_since(before[name]) for name in names}
         contacts: list[tuple[float, int, str, str, Contact]] = []
-        for one, other in combinations(names, 2):
-            contact = first_contact(ways[one], ways[other])
+        for first, second in combinations(names, 2):
+            contact = first_contact(ways[first], ways[second])
             if contact is not None:
-                contacts.append((contact.share, len(contacts), one, other, contact))
+                contacts.append((contact.share, len(contacts), first, second, contact))
         met: set[str] = set()
-        for *_, one, other, contact in sorted(contacts):
-            if not met & {one, other}:
-                met |= {one, other}
-                impulse_ns = self._impulse_ns(one, other, contact)
-                for name, seen, sign in ((one, other, 1.0), (other, one, -1.0)):
+        for *_, first, second, contact in sorted(contacts):
+            if not met & {first, second}:
+                met |= {first, second}
+                impulse_ns = self._impulse_ns(first, second, contact)
+                for name, seen, sign in ((first, second, 1.0), (second, first, -1.0)):
                     car, push_ns = self.cars[name], sign * impulse_ns
                     push = push_ns * contact.normal_x, push_ns * contact.normal_y
                     events[name].append(CollisionEvent(self._ids[seen], *push))
                     car.push(before[name], contact, push_ns / car.vehicle.parameters.mass_kg)
 
-    def _impulse_ns(self, one: str, other: str, contact: Contact) -> float:
+    def _impulse_ns(self, first: str, second: str, contact: Contact) -> float:
         """Return the impulse after which two cars have one speed along the normal of a contact."""
-        cars = self.cars[one], self.cars[other]
+        cars = self.cars[first], self.cars[second]
         speeds = [car.speed_along(contact.normal_x, contact.normal_y) for car in cars]
         masses = [car.vehicle.parameters.mass_kg for car in cars]
         return max(0.0, speeds[1] - speeds[0]) * masses[0] * masses[1] / sum(masses)
@@ -168,7 +168,7 @@ def race(
         snapshots = {name: world.cars[name].snapshot for name in driving}
         if observe is not None:
             observe(snapshots)
-        commands = {name: drivers[name].step(one.observation()) for name, one in snapshots.items()}
+        commands = {name: drivers[name].step(snapshots[name].observation()) for name in snapshots}
         for name, snapshot in snapshots.items():
             if evaluations[name].add(snapshot, commands[name], drivers[name]):
                 driving.remove(name)

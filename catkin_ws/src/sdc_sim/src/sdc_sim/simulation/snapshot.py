@@ -52,8 +52,8 @@ class Snapshot(NamedTuple):
         )
 
 
-def detected(one: ObstacleState) -> DetectedObstacle:
+def detected(state: ObstacleState) -> DetectedObstacle:
     """Return what the software of the car receives of an obstacle, rounded as in the messages."""
-    yaw, speed = yaw_as_sent(one.yaw_rad, one.pitch_rad), float(np.float32(one.speed_mps))
-    box = one.x_m, one.y_m, yaw, one.length_m, one.width_m
-    return DetectedObstacle(*box, speed, one.id, one.kind, one.z_m)
+    yaw, speed = yaw_as_sent(state.yaw_rad, state.pitch_rad), float(np.float32(state.speed_mps))
+    box = state.x_m, state.y_m, yaw, state.length_m, state.width_m
+    return DetectedObstacle(*box, speed, state.id, state.kind, state.z_m)

@@ -20,14 +20,16 @@ from sdc_sim.physics.collision import Rectangle
 from sdc_sim.physics.obstacles import FIRST_TRAFFIC_ID, ObstacleState
 from sdc_sim.physics.traffic_lights import RED, YELLOW, TrafficLightPlan
 
-# The driver model: time gap, distance at rest, braking, and the hardest braking.
-_TIME_GAP_S, _REST_M, _BRAKING_MPS2, _HARDEST_MPS2 = 0.9, 2.0, 2.5, 4.5
-# What is farther beside the way than this is not on it, and what is slower is at rest.
-_BESIDE_M, _AT_REST_MPS = 0.3, 0.5
-# A light is at a way if its stop line is so near and turned so little from it.
-_LINE_M, _ALONG, _BEFORE_LINE_M = 1.0, math.cos(math.radians(30.0)), 1.0
-# A driver brakes for a light if this is enough.
-_FOR_RED_MPS2 = 5.0
+_TIME_GAP_S = 0.9  # of the driver model
+_REST_M = 2.0  # gap to the vehicle ahead at rest
+_BRAKING_MPS2 = 2.5  # comfortable braking of the driver model
+_HARDEST_MPS2 = 4.5  # its hardest braking
+_BESIDE_M = 0.3  # a road user farther beside the way is not on it
+_AT_REST_MPS = 0.5  # a slower road user is at rest
+_LINE_M = 1.0  # greatest distance of a way from the stop line of its light
+_ALONG = math.cos(math.radians(30.0))  # cosine of the greatest angle of a way to its light
+_BEFORE_LINE_M = 1.0  # a vehicle stops at this distance before the line
+_FOR_RED_MPS2 = 5.0  # hardest braking for a light
 # The car moves less than this in a tick.
 _WINDOW_M = 10.0
 
@@ -112,24 +114,24 @@ class ScriptedTraffic:
     ) -> None:
         self._actors, self._seed, self._tick_s = actors, seed, tick_s
         self._mission, self._ground = Polyline(mission_m.tolist()), ground
-        paths = {id(one.path_m): one.path_m.tolist() for one in actors}
+        paths = {id(actor.path_m): actor.path_m.tolist() for actor in actors}
         self._lines = {key: Polyline(points) for key, points in paths.items()}
         self._stops: dict[int, list[tuple[float, TrafficLightPlan]]] = {}
         for line in self._lines.values():
-            places = [(line.nearest(one.x_m, one.y_m), one) for one in lights]
+            places = [(line.nearest(light.x_m, light.y_m), light) for light in lights]
             self._stops[id(line)] = [
-                (place.s_m, one)
-                for place, one in places
+                (place.s_m, light)
+                for place, light in places
                 if place.distance_m < _LINE_M
-                and math.cos(place.heading_rad - one.heading_rad) > _ALONG
+                and math.cos(place.heading_rad - light.heading_rad) > _ALONG
             ]
 
     def reset(self, ego: Rectangle) -> list[ObstacleState]:
         """Start again with the car at this place, and return the road users."""
         self._random, self._ticks, self._along_m = random.Random(self._seed), 0, 0.0
         self._bodies = [
-            _Body(number, one, self._lines[id(one.path_m)], self._ground)
-            for number, one in enumerate(self._actors, FIRST_TRAFFIC_ID)
+            _Body(number, actor, self._lines[id(actor.path_m)], self._ground)
+            for number, actor in enumerate(self._actors, FIRST_TRAFFIC_ID)
         ]
         self._next_id = FIRST_TRAFFIC_ID + len(self._bodies)
         return self._states()
@@ -143,21 +145,21 @@ class ScriptedTraffic:
         place = self._mission.project(ego.x_m, ego.y_m, self._along_m, _WINDOW_M, _WINDOW_M)
         self._along_m = place.s_m
         car = ObstacleState(1, "car", *ego[:5], 0.0, speed_mps, ego.z_m)
-        for one in self._bodies:
-            if one.id in blocked:
-                one.s_m, one.speed_mps = one.before_m, 0.0
-                one.update()
-            actor = one.actor
+        for body in self._bodies:
+            if body.id in blocked:
+                body.s_m, body.speed_mps = body.before_m, 0.0
+                body.update()
+            actor = body.actor
             near_m = actor.within_m + actor.within_s * max(speed_mps, 1.0)
-            if one.triggered_s is None and actor.at_m - self._along_m <= near_m:
-                one.triggered_s = time_s
-        changes = [self._acceleration_mps2(one, car, time_s) for one in self._bodies]
-        for one, change in zip(self._bodies, changes):
-            self._move(one, change)
+            if body.triggered_s is None and actor.at_m - self._along_m <= near_m:
+                body.triggered_s = time_s
+        changes = [self._acceleration_mps2(body, car, time_s) for body in self._bodies]
+        for body, change in zip(self._bodies, changes):
+            self._move(body, change)
         return self._states()
 
     def _states(self) -> list[ObstacleState]:
-        return [one.state for one in self._bodies if one.state is not None]
+        return [body.state for body in self._bodies if body.state is not None]
 
     def _acceleration_mps2(self, body: _Body, car: ObstacleState, time_s: float) -> float:
         """Return what the driver model wants; a body at rest that wants nothing stays there."""
@@ -227,7 +229,7 @@ class ScriptedTraffic:
         """Place a vehicle of a flow behind the last one, as another road user."""
         gaps_s, speed_mps = body.actor.gaps_s, body.actor.speed_mps
         gap_s = self._random.uniform(*gaps_s[self._next_id % len(gaps_s)])
-        last_m = min(0.0, *(one.s_m for one in self._bodies if one.line is body.line))
+        last_m = min(0.0, *(vehicle.s_m for vehicle in self._bodies if vehicle.line is body.line))
         body.s_m = body.before_m = last_m - body.actor.size_m[0] - gap_s * speed_mps
         body.speed_mps, body.id = speed_mps, self._next_id
         self._next_id += 1

@@ -12,8 +12,9 @@ from sdc_sim.physics.traffic_lights import TrafficLightPlan
 # By the letters of SUMO; the first of the colours is the most restrictive one.
 _COLOURS = {"G": "green", "g": "green", "y": "yellow", "u": "red", "r": "red", "s": "red"}
 _ORDER = ("red", "yellow", "off", "green")
-# Places of a pole beyond the stop line, and beside the road.
-_AHEAD_M, _BESIDE_M, _APART_M = (4.0, 2.5, 1.0, 0.0), 0.8, 0.5
+_AHEAD_M = (4.0, 2.5, 1.0, 0.0)  # places of a pole beyond the stop line
+_BESIDE_M = 0.8  # distance of the first pole to the road
+_APART_M = 0.5  # distance between poles
 
 
 def of_map(path: str) -> list[TrafficLightPlan]:
@@ -31,11 +32,11 @@ def of_map(path: str) -> list[TrafficLightPlan]:
 def lights_of(network: Network) -> list[TrafficLightPlan]:
     """Return the lights of a network; see `of_map`."""
     right = network.right_hand
-    junctions = [one for one in right.junctions.values() if one.phases]
-    lights = [light for one in junctions for light in _lights(right, one)]
+    junctions = [junction for junction in right.junctions.values() if junction.phases]
+    lights = [light for junction in junctions for light in _lights(right, junction)]
     if network is right:
         return lights
-    return [negated(one, "y_m", "heading_rad", "pole_right_m") for one in lights]
+    return [negated(light, "y_m", "heading_rad", "pole_right_m") for light in lights]
 
 
 def _lights(network: Network, junction: Junction) -> Iterator[TrafficLightPlan]:
@@ -70,7 +71,7 @@ def _lights(network: Network, junction: Junction) -> Iterator[TrafficLightPlan]:
 def _phases(junction: Junction, signals: list[int], choose: Callable) -> Any:
     return tuple(
         (
-            choose((_COLOURS.get(letters[one], "off") for one in signals), key=_ORDER.index),
+            choose((_COLOURS.get(letters[signal], "off") for signal in signals), key=_ORDER.index),
             seconds,
         )
         for seconds, letters in junction.phases

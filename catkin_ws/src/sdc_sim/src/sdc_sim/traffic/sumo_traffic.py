@@ -27,18 +27,20 @@ from sdc_sim.yaml_document import config_path
 
 _EGO = "ego"
 _PEDESTRIAN = "pedestrian"
-# Road users begin within the first distance of the car, and are replaced beyond the second one.
-# None begins close to the car, nor where one of both could not brake gently before the other; while
-# the car drives, they begin on streets out of its sight where there are any. All distances are
-# longer by that in which the car stops gently.
-_NEAR_M, _FAR_M, _CLEAR_M, _SIGHT_M = 300.0, 500.0, 40.0, 100.0
+# These distances are longer by that in which the car stops gently. No road user begins where it, or
+# the car, could not brake gently before the other.
+_NEAR_M = 300.0  # road users begin within this distance of the car
+_FAR_M = 500.0  # road users farther from the car are replaced
+_CLEAR_M = 40.0  # no road user begins closer to the car
+_SIGHT_M = 100.0  # none begins in this sight of the car while it drives, if there are other streets
 _GENTLE_MPS2 = 3.0
-# A route ends at a dead end, or after so many edges; a pedestrian walks to so many places.
-_ROUTE_EDGES, _PLACES = 80, 4
+_ROUTE_EDGES = 80  # longest route; it may end before at a dead end
+_PLACES = 4  # number of places to which a pedestrian walks
 _SHORTEST_EDGE_M = 15.0
 _MISSION_STEP_M = 4.0
-# Our car is on its route within this distance; off it, others expect it on so many edges.
-_ON_ROUTE_M, _EXPECTED_EDGES, _MOST_BETWEEN = 2.0, 3, 4
+_ON_ROUTE_M = 2.0  # the car is on its route within this distance
+_EXPECTED_EDGES = 3  # number of edges on which others expect a car that is off its route
+_MOST_BETWEEN = 4  # most edges of the connection between two edges of a way
 _BRAKE_LIGHT = 8
 # Types of the programs of lights with fixed times, of rail signals and of rail crossings.
 _FIXED_LIGHTS = (0, 1, 2)
@@ -202,7 +204,7 @@ class SumoTraffic:
         places = np.array([place[edge] for edge in edges]).reshape(-1, 3)
         # Straight on comes first.
         ordered = {
-            edge: sorted(after, key=lambda one: (after[one] != "s", one))  # noqa: B023
+            edge: sorted(after, key=lambda link: (after[link] != "s", link))  # noqa: B023
             for edge, after in following.items()
         }
         return Streets(edges, places[:, :2], places[:, 2], ordered)
