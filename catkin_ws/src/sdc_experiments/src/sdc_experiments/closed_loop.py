@@ -108,7 +108,7 @@ def drive_result(  # noqa: PLR0913  all by name, as those of ./drive
     if compiled:
         use_machine_code()
     own = {"seed": seed, "traffic": traffic}.items()
-    options = {**sim_options, **{name: one for name, one in own if one is not None}}
+    options = {**sim_options, **{name: value for name, value in own if value is not None}}
     setup = drive_setup(scenario, route, options, map, start, goal)
     missions = setup.missions
     world = setup.simulation(compiled)
@@ -157,7 +157,7 @@ def own_planner(
     driver.follow(points_m, road_mps)
     if not LACKS[lacking]:
         return driver, points_m
-    return function_planner(lambda one: driver.plan(replace(one, **LACKS[lacking]))), points_m
+    return function_planner(lambda view: driver.plan(replace(view, **LACKS[lacking]))), points_m
 
 
 def car_with(

@@ -72,11 +72,12 @@ def parse(command: str, words: Sequence[str]) -> SimpleNamespace:
     rows = TABLE[command]["arguments"]
     texts, passed = _read(command, left)
     for name, found in texts.items():
-        for at, text in enumerate(found):
-            if problem := "" if rows[name].get("unless") in texts else _problem(rows[name], text):
+        for index, text in enumerate(found):
+            problem = "" if rows[name].get("unless") in texts else _problem(rows[name], text)
+            if problem:
                 raise WordError(f"{_written(command, name, text)}: {problem}")
             if rows[name]["type"] == "boolean":
-                found[at] = _BOOLEANS.get(text.lower(), "")
+                found[index] = _BOOLEANS.get(text.lower(), "")
     _check_rules(command, texts)
     values: dict[str, Any] = {}
     for name, row in rows.items():
@@ -123,7 +124,7 @@ def _read(command: str, left: list[str]) -> tuple[dict[str, list[str]], list[str
         elif options := _passed(word, known, left):
             passed += options
         elif dashes or sign == ":=" or not places:
-            names = [_written(command, one) for one in rows if one not in places]
+            names = [_written(command, name) for name in rows if name not in places]
             names += [option.rstrip("=") for option in known]
             fix = suggestion(dashes + name, names, f"{called(command)} --help lists the arguments")
             fix = f"write {name}:=VALUE" if row else fix

@@ -79,8 +79,8 @@ class VehicleFleet:
     ) -> None:
         """Drive all vehicles under one command each; see Command for the ranges."""
         goals = np.array([throttle, brake, steer])
-        given = self._constants, self._values, goals, duration_s, INTERNAL_STEP_S
-        self.share(self._integrate, *given)
+        arguments = self._constants, self._values, goals, duration_s, INTERNAL_STEP_S
+        self.share(self._integrate, *arguments)
 
     def share(self, function: Callable[..., Any], *arguments: Any) -> None:
         """Call a function for all vehicles, on the threads of the fleet.

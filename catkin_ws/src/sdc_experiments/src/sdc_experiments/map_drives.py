@@ -37,14 +37,16 @@ from sdc_sim.evaluation.metrics import comfort_breaks
 from sdc_sim.scenario.map_drive import first_mission
 from sdc_sim.simulation.snapshot import ObstacleState, Snapshot
 
-# A route is about as long as wanted within this share.
-_ABOUT = 0.2
-# An emergency is looked for so far behind the car and ahead of it [m]. A stop is gentle by nuPlan's
-# limit [m/s^2], if the car has this time to react [s].
-_BACK_M, _AHEAD_M, _GENTLE_MPS2, _REACTS_S = 5.0, 50.0, 4.05, 0.5
-# So many ticks are a second. A road user is on a lane that is so near to it [m].
-_KEPT, _TICK_S, _NEAR_M = 20, 0.05, 2.5
-_CAR_FRONT_M, _CAR_WIDTH_M = 2.35, 2.0
+_ABOUT = 0.2  # share within which a route is about as long as wanted
+_BACK_M = 5.0  # the place of the car is searched from this distance behind the last place
+_AHEAD_M = 50.0  # an emergency begins within this distance of the car
+_GENTLE_MPS2 = 4.05  # hardest braking of a gentle stop, by nuPlan's limit
+_REACTS_S = 0.5  # time for the car to react
+_KEPT = 20  # ticks of the second for which the car would have kept its speed
+_TICK_S = 0.05
+_NEAR_M = 2.5  # a road user is on a lane within this distance
+_CAR_FRONT_M = 2.35
+_CAR_WIDTH_M = 2.0
 
 
 def seeds_of(graph: LaneGraph, length_m: int, first: int = 0) -> Iterator[int]:
@@ -59,7 +61,7 @@ def seeds_of(graph: LaneGraph, length_m: int, first: int = 0) -> Iterator[int]:
 def had_emergency(
     route: Route, snapshots: Sequence[Snapshot], is_first: Callable[[ObstacleState], bool]
 ) -> bool:
-    """Return whether another one came into the way of the car too late for a gentle stop.
+    """Return whether a road user came into the way of the car too late for a gentle stop.
 
     This is a fact of the world: a tick before, it was beside the route. It is too late for the
     car as it is then; and, if it had to give way, for the car as it would be then if it had kept
@@ -68,43 +70,43 @@ def had_emergency(
     s_m = 0.0
     cars: list[tuple[float, float]] = []  # arc length and speed of the car
     known, inside = set[int](), set[int]()
-    for one in snapshots:
-        car, last_known, last_inside = one.state, known, inside
-        known, inside = {other.id for other in one.obstacles}, set()
+    for snapshot in snapshots:
+        car, last_known, last_inside = snapshot.state, known, inside
+        known, inside = {user.id for user in snapshot.obstacles}, set()
         s_m = route.line.project(car.x_m, car.y_m, s_m, _BACK_M, _AHEAD_M).s_m
         cars = [*cars[-_KEPT:], (s_m, car.speed_mps)]
         before_m, kept_mps = cars[0]
         kept = before_m + (len(cars) - 1) * _TICK_S * kept_mps, kept_mps
-        for other in one.obstacles:
-            if math.dist((car.x_m, car.y_m), (other.x_m, other.y_m)) > _AHEAD_M:
+        for user in snapshot.obstacles:
+            if math.dist((car.x_m, car.y_m), (user.x_m, user.y_m)) > _AHEAD_M:
                 continue
-            at = route.line.project(other.x_m, other.y_m, s_m, 0.0, _AHEAD_M)
-            turned_rad = other.yaw_rad - at.heading_rad
+            place = route.line.project(user.x_m, user.y_m, s_m, 0.0, _AHEAD_M)
+            turned_rad = user.yaw_rad - place.heading_rad
             cos, sin = math.cos(turned_rad), math.sin(turned_rad)
-            across_m = 0.5 * (other.length_m * abs(sin) + other.width_m * abs(cos) + _CAR_WIDTH_M)
-            along_m = 0.5 * (other.length_m * abs(cos) + other.width_m * abs(sin)) + _CAR_FRONT_M
-            if at.distance_m > across_m or at.s_m <= s_m:
+            across_m = 0.5 * (user.length_m * abs(sin) + user.width_m * abs(cos) + _CAR_WIDTH_M)
+            along_m = 0.5 * (user.length_m * abs(cos) + user.width_m * abs(sin)) + _CAR_FRONT_M
+            if place.distance_m > across_m or place.s_m <= s_m:
                 continue
-            inside.add(other.id)
-            if other.id not in last_known or other.id in last_inside:
+            inside.add(user.id)
+            if user.id not in last_known or user.id in last_inside:
                 continue
-            for its_s_m, mps in cars[-1:] if is_first(other) else (cars[-1], kept):
-                closing_mps = max(mps - other.speed_mps * cos, 0.0)
-                room_m = max(at.s_m - its_s_m - along_m - _REACTS_S * closing_mps, 0.0)
+            for its_s_m, mps in cars[-1:] if is_first(user) else (cars[-1], kept):
+                closing_mps = max(mps - user.speed_mps * cos, 0.0)
+                room_m = max(place.s_m - its_s_m - along_m - _REACTS_S * closing_mps, 0.0)
                 if closing_mps**2 > 2.0 * _GENTLE_MPS2 * room_m:
                     return True
     return False
 
 
 def _first_on(path: str, route: Route) -> Callable[[ObstacleState], bool]:
-    """Return a function that says whether another one may have right of way over the car."""
+    """Return a function that returns whether a road user may have right of way over the car."""
     network = load_network(path)
     met = crossings(network, route, list(places_along(network, route)), np.ones(len(route.s)))
-    lanes = {lane for one in met for way in one.conflicts if way.is_first for lane in way.lanes}
+    lanes = {lane for point in met for way in point.conflicts if way.is_first for lane in way.lanes}
 
-    def is_first(other: ObstacleState) -> bool:
-        place = network.nearest(other.x_m, other.y_m, other.yaw_rad, _NEAR_M, other.z_m)
-        return other.kind == PEDESTRIAN or place is None or place.lane in lanes
+    def is_first(user: ObstacleState) -> bool:
+        place = network.nearest(user.x_m, user.y_m, user.yaw_rad, _NEAR_M, user.z_m)
+        return user.kind == PEDESTRIAN or place is None or place.lane in lanes
 
     return is_first
 
@@ -125,16 +127,17 @@ def one_drive(path: str, traffic: int, seed: int) -> tuple[dict[str, Any], str]:
     trace = hashlib.sha256(result.rows.tobytes()).hexdigest()
     emergency = had_emergency(result.route, seen, _first_on(path, result.route))
     breaks = comfort_breaks(*result.rows[:, [0, 4, 3]].T) or ()
-    more = {"tick_ms": tick_ms, "emergency": emergency, "breaks": breaks}
-    return {**result.metrics, **more}, trace
+    facts = {"tick_ms": tick_ms, "emergency": emergency, "breaks": breaks}
+    return {**result.metrics, **facts}, trace
 
 
 def main() -> None:
     """Run the command line."""
-    if len(sys.argv) not in range(2, 7) or not all(one.isdecimal() for one in sys.argv[2:]):
+    if len(sys.argv) not in range(2, 7) or not all(word.isdecimal() for word in sys.argv[2:]):
         sys.exit("Usage: map_drives MAP [COUNT [OTHERS [LENGTH_M [FIRST]]]]")
-    path, given = sys.argv[1], [int(one) for one in sys.argv[2:]]
-    count, traffic, length_m, first = (*given, *(100, 0, 0, 0)[len(given) :])
+    path, numbers = sys.argv[1], [int(word) for word in sys.argv[2:]]
+    defaults = (100, 0, 0, 0)
+    count, traffic, length_m, first = (*numbers, *defaults[len(numbers) :])
     seeds = town_seeds(path)[:count]
     count = len(seeds) or count
     started_s = time.perf_counter()
@@ -150,46 +153,46 @@ def main() -> None:
     metrics, total = [], hashlib.sha256()
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         drives = pool.map(drive, seeds)
-        for seed, (one, trace) in zip(seeds, drives):
-            metrics.append(one)
+        for seed, (row, trace) in zip(seeds, drives):
+            metrics.append(row)
             total.update(trace.encode())
-            if not _is_clean(one):
-                ends = {name: n for name, n in one["infractions"].items() if n}
-                fault = ", at fault" if one.get("collisions_at_fault") else ""
-                print(f"drive {len(metrics)}, seed {seed}: {one['status']}{fault} {ends}")
+            if not _is_clean(row):
+                ends = {name: n for name, n in row["infractions"].items() if n}
+                fault = ", at fault" if row.get("collisions_at_fault") else ""
+                print(f"drive {len(metrics)}, seed {seed}: {row['status']}{fault} {ends}")
     print(
         f"{sum(map(_is_clean, metrics))} of {count} drives complete without infraction, "
-        f"{sum(one['route_length_m'] for one in metrics) / 1000.0:.1f} km; greatest RMS "
-        f"{max(one['cross_track_rms_m'] for one in metrics):.4f} m, greatest error "
-        f"{max(one['cross_track_max_m'] for one in metrics):.3f} m, off the lane "
-        f"{max(one['off_lane_percent'] for one in metrics):.1f} %; traces {total.hexdigest()[:16]}"
+        f"{sum(row['route_length_m'] for row in metrics) / 1000.0:.1f} km; greatest RMS "
+        f"{max(row['cross_track_rms_m'] for row in metrics):.4f} m, greatest error "
+        f"{max(row['cross_track_max_m'] for row in metrics):.3f} m, off the lane "
+        f"{max(row['off_lane_percent'] for row in metrics):.1f} %; traces {total.hexdigest()[:16]}"
     )
-    ends = Counter(one["status"] for one in metrics)
-    for one in metrics:
-        ends.update(one["infractions"])
+    ends = Counter(row["status"] for row in metrics)
+    for row in metrics:
+        ends.update(row["infractions"])
     print(", ".join(f"{count} {end}" for end, count in ends.items() if count))
     if traffic:
         _print_in_traffic(seeds, metrics)
 
 
-def _is_clean(one: dict[str, Any]) -> bool:
-    return one["status"] == "completed" and one["driving_score"] >= 100.0
+def _is_clean(row: dict[str, Any]) -> bool:
+    return row["status"] == "completed" and row["driving_score"] >= 100.0
 
 
 def _print_in_traffic(seeds: list[int], metrics: list[dict[str, Any]]) -> None:
-    faults = [seed for seed, one in zip(seeds, metrics) if one["collisions_at_fault"]]
+    faults = [seed for seed, row in zip(seeds, metrics) if row["collisions_at_fault"]]
     print(
-        f"{sum(one['status'] == 'collision' for one in metrics)} collisions, {len(faults)} at "
+        f"{sum(row['status'] == 'collision' for row in metrics)} collisions, {len(faults)} at "
         f"fault; seeds of those: {', '.join(map(str, faults)) or 'none'}"
     )
-    calm = [one for one in metrics if not one["emergency"]]
-    breaks = Counter(name for one in calm for name in one["breaks"])
+    calm = [row for row in metrics if not row["emergency"]]
+    breaks = Counter(name for row in calm for name in row["breaks"])
     print(
-        f"comfortable: {sum(not one['breaks'] for one in calm)} of {len(calm)} drives without an "
-        f"emergency, {sum(not one['breaks'] for one in metrics)} of all; limits that those break: "
+        f"comfortable: {sum(not row['breaks'] for row in calm)} of {len(calm)} drives without an "
+        f"emergency, {sum(not row['breaks'] for row in metrics)} of all; limits that those break: "
         f"{', '.join(f'{n} {name}' for name, n in breaks.most_common()) or 'none'}"
     )
-    print(f"a tick takes {np.median([one['tick_ms'] for one in metrics]):.2f} ms (median)")
+    print(f"a tick takes {np.median([row['tick_ms'] for row in metrics]):.2f} ms (median)")
 
 
 if __name__ == "__main__":

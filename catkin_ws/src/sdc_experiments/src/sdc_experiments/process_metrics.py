@@ -26,8 +26,8 @@ def measured_drive(camera: str, **options: Any) -> dict[str, Any]:
     Raises:
         RuntimeError: the drive wrote no report; the message has the end of its output
     """
-    given = {"camera": camera, "referee_options": "{}", **options.pop("given", {})}
-    with isolated_drive("", given, **options) as (drive, lines):
+    arguments = {"camera": camera, "referee_options": "{}", **options.pop("given", {})}
+    with isolated_drive("", arguments, **options) as (drive, lines):
         try:
             return read_report(drive.report_path)[0]
         except OSError:

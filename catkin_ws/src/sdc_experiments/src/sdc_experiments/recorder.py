@@ -49,13 +49,13 @@ class DriveRecorder:
             states = [(light.id, light.state) for light in snapshot.traffic_lights]
             evaluator.add("lights", stamp_ns, states)
         if evaluator.rules.map:
-            seen = [list(vars(detected(one)).values()) for one in snapshot.obstacles]
+            seen = [list(vars(detected(obstacle)).values()) for obstacle in snapshot.obstacles]
             rows = [(number, *box, z, speed, kind) for *box, speed, number, kind, z in seen]
             evaluator.add("others", stamp_ns, rows)
         if snapshot.obstacles and evaluator.drive and evaluator.drive.is_scene_due(OBSTACLES):
             boxes = [[body.id, *body.rectangle[:5]] for body in snapshot.obstacles]
             evaluator.add("scene", OBSTACLES, None, boxes)
-        kinds = {one.id: one.kind for one in snapshot.obstacles} if snapshot.collisions else {}
+        kinds = {body.id: body.kind for body in snapshot.obstacles} if snapshot.collisions else {}
         for collision in snapshot.collisions:
             if collision.id in kinds:  # road users come and go during a drive
                 evaluator.add("obstacle", collision.id, kinds[collision.id])

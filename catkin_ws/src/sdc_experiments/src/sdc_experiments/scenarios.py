@@ -32,14 +32,11 @@ from sdc_sim.evaluation.drive_evaluation import OBSTACLES, DriveEvaluation
 from sdc_sim.scenario.street_scenarios import Placement, of_map, types
 
 OWN, NAIVE = "own", "naive"
-# A driver passes a type if more of its drives succeed.
-_PASSES_PERCENT = 50.0
-# So many of the worst drives are shown on the page.
-_WORST = 10
-# The trace in a picture has a sample for so many ticks, which is half a second.
-_SHOWN_TICKS = 10
-# The picture of a type has what is so near to the event, lanes with a point at each of these [m].
-_NEAR_M, _S_M = 80.0, np.arange(0.0, 5000.0, 5.0)
+_PASSES_PERCENT = 50.0  # a driver passes a type if more of its drives succeed
+_WORST = 10  # number of the worst drives on the page
+_SHOWN_TICKS = 10  # ticks, half a second, between two samples of the trace in a picture
+_NEAR_M = 80.0  # the picture of a type shows what is within this distance of the event
+_S_M = np.arange(0.0, 5000.0, 5.0)  # arc lengths of the points of a lane in a picture
 
 
 def _seeds(text: str) -> range:
@@ -74,10 +71,10 @@ def drive_row(name: str, path: str, seed: int, car: Mapping, driver: str) -> dic
 def drive_nodes(name: str, path: str, seed: int, options: SimpleNamespace) -> dict[str, Any]:
     """Drive a type with the nodes of a package through ROS, and return its row of the results."""
     report = Path(options.report).absolute().with_name(f"{name}_{seed}.json")
-    given = {"map": path, "stack": options.stack, "workspace": options.workspace}
-    given.update(seed=str(seed), camera="false", sim_options=f"{{street_scenario: {name}}}")
-    given["referee_options"] = "{}"
-    with nodes_drive(given, report_path=str(report)) as (drive, _):
+    arguments = {"map": path, "stack": options.stack, "workspace": options.workspace}
+    arguments.update(seed=str(seed), camera="false", sim_options=f"{{street_scenario: {name}}}")
+    arguments["referee_options"] = "{}"
+    with nodes_drive(arguments, report_path=str(report)) as (drive, _):
         if not report.exists():
             log = drive.log_path
             raise ValueError(f"{name}, seed {seed}: the drive wrote no report; see {log}")
@@ -89,7 +86,7 @@ def row_of(name: str, seed: int, driver: str, limit_s: float, metrics: dict, tra
     """Return a row of the results, with the success of Bench2Drive."""
     is_late = metrics["status"] == "aborted" or metrics["duration_s"] > limit_s
     status = "too_late" if is_late else metrics["status"]
-    names = [one for one, count in metrics["infractions"].items() if count]
+    names = [infraction for infraction, count in metrics["infractions"].items() if count]
     names += ["off_lane"] if metrics["off_lane_percent"] > 0.0 else []
     kept = ("driving_score", "route_completion_percent", "duration_s")
     return {
@@ -98,7 +95,7 @@ def row_of(name: str, seed: int, driver: str, limit_s: float, metrics: dict, tra
         "driver": driver,
         "status": status,
         "success": status == "completed" and metrics["driving_score"] >= 100.0,
-        **{one: metrics[one] for one in kept},
+        **{key: metrics[key] for key in kept},
         "infractions": " ".join(names),
         "trace_sha256": hashlib.sha256(trace).hexdigest(),
     }
@@ -115,13 +112,14 @@ def picture_of(name: str, path: str, seed: int, car: Mapping) -> dict[str, Any]:
     """Drive a type, and return its plan: lines and boxes in metres, with the event at (0, 0)."""
     placed, result = drive(name, path, seed, car)
     event_m, way_m = np.array(placed.event_m), placed.mission_m
-    at = int(np.argmin(np.hypot(*(way_m - event_m).T)))
-    yaw_rad = math.atan2(*(way_m[at:][:3][-1] - way_m[: at + 1][-3:][0])[::-1])
+    row = int(np.argmin(np.hypot(*(way_m - event_m).T)))
+    dx, dy = way_m[min(row + 2, len(way_m) - 1)] - way_m[max(row - 2, 0)]
+    yaw_rad = math.atan2(dy, dx)
     c, s = math.cos(yaw_rad), math.sin(yaw_rad)
 
     def line(points_m: Any) -> list:
-        there = (np.asarray(points_m)[:, :2] - event_m) @ [[c, s], [s, -c]]
-        return there[np.abs(there).max(axis=1) < _NEAR_M].round(1).tolist()
+        places_m = (np.asarray(points_m)[:, :2] - event_m) @ [[c, s], [s, -c]]
+        return places_m[np.abs(places_m).max(axis=1) < _NEAR_M].round(1).tolist()
 
     rows, scene = result.rows[::_SHOWN_TICKS], result.scene[OBSTACLES]
     nearest = rows[np.argmin(np.hypot(*(rows[:, 1:3] - event_m).T))]
@@ -133,11 +131,13 @@ def picture_of(name: str, path: str, seed: int, car: Mapping) -> dict[str, Any]:
     lanes = load_network(path).driving
     bodies = [body for _, *body in around] + [[*nearest[1:4], 4.7, 2.0]]
     return {
-        "lanes": [(line(one.at(_S_M[one.length_m + 5.0 > _S_M])), one.width_m) for one in lanes],
+        "lanes": [
+            (line(lane.at(_S_M[lane.length_m + 5.0 > _S_M])), lane.width_m) for lane in lanes
+        ],
         "route": line(way_m),
         "trace": line(rows[:, 1:3]),
         "tracks": list(map(line, tracks.values())),
-        # The last one is our car.
+        # The last box is our car.
         "boxes": [(line([body]), math.degrees(yaw_rad - body[2]), *body[3:]) for body in bodies],
     }
 
@@ -163,11 +163,13 @@ def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     abilities: dict[str, list] = {}
     broken = {}
     for name in dict.fromkeys(row["type"] for row in rows if row["driver"] != NAIVE):
-        both = [row for row in rows if row["type"] == name]
-        own, naive = ([row for row in both if (row["driver"] == NAIVE) == one] for one in (0, 1))
+        of_type = [row for row in rows if row["type"] == name]
+        own = [row for row in of_type if row["driver"] != NAIVE]
+        naive = [row for row in of_type if row["driver"] == NAIVE]
         found[name] = {**scores(own), "naive": scores(naive) if naive else None}
-        found[name]["naive_ends"] = sorted({one["infractions"] or one["status"] for one in naive})
-        passes = {scores(one)["success_percent"] > _PASSES_PERCENT for one in (own, naive) if one}
+        found[name]["naive_ends"] = sorted({row["infractions"] or row["status"] for row in naive})
+        percents = [scores(part)["success_percent"] for part in (own, naive) if part]
+        passes = {percent > _PASSES_PERCENT for percent in percents}
         if naive and len(passes) == 1:
             broken[name] = "pass" if passes.pop() else "fail"
         for ability in types()[name]["abilities"]:
@@ -189,7 +191,7 @@ def _results(
     engine: DaskEngine, problems: list, things: str, function: Callable, drives: Iterable
 ) -> list:
     """Return what a function returns for each drive, and add what it raises to the problems."""
-    tasks, found = {" ".join(map(str, one)): one for one in drives}, {}
+    tasks, found = {" ".join(map(str, call)): call for call in drives}, {}
     progress = SweepProgress(sys.stdout, len(tasks), 0, "scenarios", things)
     for outcome in engine.outcomes(function, tasks.items()):
         progress.add(bool(outcome.error))
@@ -218,7 +220,7 @@ def drive_types(options: SimpleNamespace) -> int:
     page, table, towns = Path(options.report).absolute(), types(), town_seeds(options.map)
     names, seeds = options.type or list(table), towns or _seeds(options.seeds)
     is_drawn = options.map == RANDOM or towns
-    paths = {one: f"{RANDOM}:{one}" if is_drawn else map_file(options.map) for one in seeds}
+    paths = {seed: f"{RANDOM}:{seed}" if is_drawn else map_file(options.map) for seed in seeds}
     load_network(paths[seeds[0]])
     page.parent.mkdir(parents=True, exist_ok=True)
     is_stack, lacking = options.stack, "" if options.behaviour else "signs"
@@ -244,7 +246,7 @@ def drive_types(options: SimpleNamespace) -> int:
         took_s, result = time.monotonic() - began_s, summary(rows)
         files = [page.with_name(f"{row['type']}_{row['seed']}.html") for row in driven if is_stack]
         shown = () if is_stack else [(row["type"], row["seed"]) for row in driven]
-        pages = [one.read_text(encoding="utf-8") for one in files]
+        pages = [file.read_text(encoding="utf-8") for file in files]
         worst = [(name, paths[seed], seed, car) for name, seed in shown]
         pages = pages or results("pages", page_of, worst)
         seed_of = {row["type"]: row["seed"] for row in rows[::-1] if row["driver"] != NAIVE}

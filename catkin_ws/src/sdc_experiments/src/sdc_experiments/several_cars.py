@@ -50,12 +50,12 @@ def drive_cars(  # noqa: PLR0913  all by name, as those of ./drive
     limits = overridden(node_parameters("local_planner"), planner_options or {}, "planner_options")
     rules = evaluation_rules(limits, referee_options or {})
     world = setup.world()
-    given = drivers or {}
+    by_name = drivers or {}
     lines, seen = stop_lines_of(world.first.lights), world.first.observation
     plan = limits, setup.waypoints_m, lines, None, seen
-    drivers = {name: given.get(name) or car_with(own_planner(*plan)[0]) for name in world.cars}
+    drivers = {name: by_name.get(name) or car_with(own_planner(*plan)[0]) for name in world.cars}
     recorders = {
         name: DriveRecorder(rules, setup.waypoints_m, car) for name, car in world.cars.items()
     }
     race(world, drivers, recorders, longest_s, observe)
-    return {name: one.evaluator.result() for name, one in recorders.items()}
+    return {name: recorder.evaluator.result() for name, recorder in recorders.items()}

@@ -91,8 +91,8 @@ def measure(
 
 def main() -> None:
     """Run the command."""
-    names = [one for one in sys.argv[1:] if ":=" not in one] or [*METHODS]
-    seeds = next((one[7:] for one in sys.argv[1:] if one.startswith("seeds:=")), "1,2,3")
+    names = [word for word in sys.argv[1:] if ":=" not in word] or [*METHODS]
+    seeds = next((word[7:] for word in sys.argv[1:] if word.startswith("seeds:=")), "1,2,3")
     print("| road | method | RMS | worst | step, p99 |\n|---|---|---|---|---|")
     try:
         for title, road, speed_mps, options in CONDITIONS:

@@ -87,8 +87,8 @@ def table(name: str, rounds: list[dict[str, float]]) -> str:
     lines.append(f"{'':32}{'median':>12}{'least':>12}{'greatest':>12}{'ratio':>9}")
     first = next(iter(rounds[0]))
     for label in rounds[0]:
-        values = np.array([one.get(label, np.nan) for one in rounds])
-        ratio = np.median(values / [one[first] for one in rounds])
+        values = np.array([times.get(label, np.nan) for times in rounds])
+        ratio = np.median(values / [times[first] for times in rounds])
         numbers = "".join(f"{number:12,.5g}" for number in np.percentile(values, [50, 0, 100]))
         lines.append(f"{label:32}{numbers}{ratio:9.2f}")
     return "\n".join(lines)

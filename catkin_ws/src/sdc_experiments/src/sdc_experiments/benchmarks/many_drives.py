@@ -40,19 +40,19 @@ def learning(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
         cars.reset(seed=0)
         return cars
 
-    one = gymnasium.make("SdcTown-v0", disable_env_checker=True)
+    town = gymnasium.make("SdcTown-v0", disable_env_checker=True)
     pictures = gymnasium.make("SdcTown-v0", disable_env_checker=True, observation="camera")
     steers = [np.array([0.36, steer], np.float32) for steer in (-0.02, 0.0, 0.02)]
     single = {
-        "SdcTown-v0, one car": (one, 10 * _TICKS, steers),
+        "SdcTown-v0, one car": (town, 10 * _TICKS, steers),
         "the same with pictures": (pictures, _TICKS, steers),
     }
     if importlib.util.find_spec("highway_env"):
         importlib.import_module("highway_env")
         for name in ("highway-fast-v0", "racetrack-v0"):
-            other = gymnasium.make(name)
-            drawn = [other.action_space.sample() for _ in range(_TICKS // 4)]
-            single[f"highway-env's {name}"] = other, len(drawn), drawn
+            rival = gymnasium.make(name)
+            drawn = [rival.action_space.sample() for _ in range(_TICKS // 4)]
+            single[f"highway-env's {name}"] = rival, len(drawn), drawn
     vectors = {
         f"SdcRandomRoutes-v0, {_CARS:,} cars": (many(_CARS, id="SdcRandomRoutes-v0"), 20, _CARS),
         "SdcTraffic-v0, one thread": (many(_WORLDS, id="SdcTraffic-v0", threads=1), 40, _WORLDS),
@@ -94,13 +94,13 @@ def sweep(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
         text = _STUDY.format(scenario=package / "studies" / "bends.yaml")
         path.write_text(text, encoding="utf-8")
         cells = load_study(str(path)).cells()
-    with DaskEngine("", 1) as one, DaskEngine("", 2) as two:
-        _drives_per_second(one, cells[:2])
-        _drives_per_second(two, cells[:8])
+    with DaskEngine("", 1) as single, DaskEngine("", 2) as pair:
+        _drives_per_second(single, cells[:2])
+        _drives_per_second(pair, cells[:8])
         while True:
             yield {
-                "one worker": _drives_per_second(one, cells[:_DRIVES_PER_WORKER]),
-                "two workers": _drives_per_second(two, cells),
+                "one worker": _drives_per_second(single, cells[:_DRIVES_PER_WORKER]),
+                "two workers": _drives_per_second(pair, cells),
             }
 
 

@@ -12,14 +12,14 @@ from sdc_experiments.process_metrics import cpu_ms, measured_drive
 from sdc_sim.catkin_workspace import workspace_environment
 from sdc_sim.runner import CheckedDrive
 
-# Start and end of a drive are left out of the CPU time.
-_STEADY_FROM, _STEADY_UNTIL = 0.3, 0.8
+_STEADY_FROM = 0.3  # share of a drive after which the CPU time is measured
+_STEADY_UNTIL = 0.8  # share of a drive until which the CPU time is measured
 _LEAST_CPU_MS = 0.05
 
 
 def tick(options: argparse.Namespace, camera: bool) -> Iterator[dict[str, float]]:
     """Yield the times of a tick of the bare loop and of drives in lockstep [ms]."""
-    given = {"waypoints_path": options.route}
+    arguments = {"waypoints_path": options.route}
     stacks: dict[str, dict[str, str] | None] = {"this workspace": None}
     if options.setup:
         stacks[options.setup] = workspace_environment(os.path.dirname(options.setup))
@@ -27,7 +27,7 @@ def tick(options: argparse.Namespace, camera: bool) -> Iterator[dict[str, float]
         while True:
             round_ms = {"bare loop": world.tick_ms(camera)}
             for name, variables in stacks.items():
-                report = measured_drive(str(camera).lower(), given=given, environment=variables)
+                report = measured_drive(str(camera).lower(), given=arguments, environment=variables)
                 round_ms[name] = 1e3 * report["wall_duration_s"] / report["ticks"]
             yield round_ms
 

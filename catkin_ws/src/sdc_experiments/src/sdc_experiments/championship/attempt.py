@@ -115,7 +115,7 @@ def run(options: SimpleNamespace) -> int:
         progress.add()
         progress.close()
     others = stored(league, seeds)
-    table = sorted([*others.items(), (path.stem, result["score"])], key=lambda one: -one[1])
+    table = sorted([*others.items(), (path.stem, result["score"])], key=lambda entry: -entry[1])
     folder = Path(options.report)
     folder.mkdir(parents=True, exist_ok=True)
     record, page = (folder / f"{path.stem}{ending}" for ending in (".json", ".html"))

@@ -85,10 +85,10 @@ def graded(
     drivers by their names, and `late` the records of late steps to repeat by the seeds.
     """
     tasks: Iterator[tuple[str, tuple]] = (
-        (f"{seeds[at]} {name}", (source, league, part, sandboxed, dict(late or {})))
+        (f"{seeds[start]} {name}", (source, league, part, sandboxed, dict(late or {})))
         for name, source in entries.items()
-        for at in range(0, len(seeds), _DRIVES_A_TASK)
-        for part in [seeds[at : at + _DRIVES_A_TASK]]
+        for start in range(0, len(seeds), _DRIVES_A_TASK)
+        for part in [seeds[start : start + _DRIVES_A_TASK]]
     )
     rows: dict[str, dict[str, Any]] = {name: {} for name in entries}
     progress = SweepProgress(sys.stdout, len(entries) * len(seeds), 0, "championship")
@@ -110,15 +110,15 @@ def graded(
 def result_of(name: str, league: str, rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return a driver's score with its interval, the means of its parts, and what went wrong."""
     score, parts = estimate([row["score"] for row in rows]), rows[0]["points"]
-    good = {one: [row["values"][one] for row in rows if one in row["values"]] for one in parts}
+    good = {part: [row["values"][part] for row in rows if part in row["values"]] for part in parts}
     problems = {text for row in rows for text in (row["problem"], *row["refused"]) if text}
     return {
         "name": name,
         "league": league,
         "score": score.mean,
         "half_width": score.half_width,
-        "points": {one: float(np.mean([row["points"][one] for row in rows])) for one in parts},
-        "values": {one: float(np.mean(good[one])) if good[one] else None for one in parts},
+        "points": {part: float(np.mean([row["points"][part] for row in rows])) for part in parts},
+        "values": {part: float(np.mean(good[part])) if good[part] else None for part in parts},
         "completed": sum(row["status"] == "completed" for row in rows),
         "late_steps": sum(len(row["late"]) for row in rows),
         "step_p99_ms": max(row["step_p99_ms"] for row in rows),

@@ -40,7 +40,7 @@ class Lateness:
 
     def __init__(self, tick_ns: int, record: list[list[int]] | None = None):
         self._tick_ns, self._given_ns = tick_ns, round(TABLE["step_cpu_ms"] * _NS_PER_MS)
-        self._repeated = None if record is None else {one[0]: one[1:] for one in record}
+        self._repeated = None if record is None else {row[0]: row[1:] for row in record}
         self._free_ns = 0
         self.record: list[list[int]] = []
 
@@ -102,40 +102,40 @@ class TrueRecorder(DriveRecorder):
     def add(self, snapshot: Snapshot, command: Command | None, car: Any) -> bool:
         """Add a tick of the world and the car's answer; return whether the drive is over."""
         true = self._world.vehicle.state
-        now = snapshot._replace(stamp_ns=self._world.stamp_ns, state=true, measured=true)
+        moment = snapshot._replace(stamp_ns=self._world.stamp_ns, state=true, measured=true)
         if isinstance(command, AckermannTarget):  # of a stack; its steering rate counts, too
             command = replace(self._world.commands.executed)
         if command is not None:
-            command.stamp_ns = now.stamp_ns
-        return super().add(now, command, car) or bool(car.problem)
+            command.stamp_ns = moment.stamp_ns
+        return super().add(moment, command, car) or bool(car.problem)
 
 
 def drive(
-    server: DriverServer, one: Draw, late: list | None = None
+    server: DriverServer, drawn: Draw, late: list | None = None
 ) -> tuple[dict[str, Any], DriveEvaluation]:
     """Drive, and return the row of the results and the evaluation of the true motion.
 
     `late` is the record of an earlier drive, which is repeated.
     """
-    setup, world, mission = prepared(one)
+    setup, world, mission = prepared(drawn)
     rules = evaluation_rules(mission.planner, {"map": setup.parameters["map_path"]})
     recorder = TrueRecorder(rules, setup.waypoints_m, world)
     try:
         process = server.start(mission)
     except DriverError as error:
-        row = row_of(one, recorder, f"it did not start: {error}", [], [], [])
+        row = row_of(drawn, recorder, f"it did not start: {error}", [], [], [])
         return row, recorder.evaluator.result()
     car = TimedDriver(process, round(1e9 * world.tick_s), late)
     try:
-        loop.drive(world, car, recorder, one.longest_s)
+        loop.drive(world, car, recorder, drawn.longest_s)
     finally:
         refused = process.close()
-    row = row_of(one, recorder, car.problem, refused, car.lateness.record, car.spent_ms)
+    row = row_of(drawn, recorder, car.problem, refused, car.lateness.record, car.spent_ms)
     return row, recorder.evaluator.result()
 
 
 def row_of(
-    one: Draw,
+    drawn: Draw,
     recorder: DriveRecorder,
     problem: str,
     refused: list[str],
@@ -144,14 +144,14 @@ def row_of(
 ) -> dict[str, Any]:
     """Return the row of a drive in the results; a driver that has ended has no points."""
     result = recorder.evaluator.result()
-    row: dict[str, Any] = {"seed": one.seed, "problem": problem, "refused": refused, "late": late}
+    row: dict[str, Any] = {"seed": drawn.seed, "problem": problem, "refused": refused, "late": late}
     row["step_p99_ms"] = float(np.percentile(spent_ms, 99.0)) if spent_ms else 0.0
-    names = LEAGUES[one.league]["score"]
+    names = LEAGUES[drawn.league]["score"]
     if problem or len(result.rows) < 10:
         ended = {"status": "driver ended", "score": 0.0, "trace_sha256": "", "infractions": []}
         return {**row, **ended, "values": {}, "points": dict.fromkeys(names, 0.0)}
     metrics, found = result.metrics, values(result)
-    parts = points(one.league, found)
+    parts = points(drawn.league, found)
     trace = np.ascontiguousarray(result.rows, dtype="<f8").tobytes()
     return {
         **row,

@@ -41,8 +41,8 @@ from sdc_experiments.sandbox import (
 from sdc_map.sumo_programs import maps_folder
 
 MAX_SOURCE = 200_000  # bytes
-# A drive ends when its driver sleeps for longer, or computes one answer for longer [s].
-_MAX_SLEEP_S, _MAX_STEP_S = 2.0, 5.0
+_MAX_SLEEP_S = 2.0  # a drive ends when its driver sleeps for longer
+_MAX_STEP_S = 5.0  # a drive ends when its driver computes an answer for longer
 _START_S = 60.0  # processor time to load the file and to make the first calls
 # Wall time to wait for a process that neither computes nor ends, also on a busy machine [s].
 _MAX_WALL_S = 300.0
@@ -75,19 +75,19 @@ class DriverServer:
     def __init__(self, source: str, sandboxed: bool = True):
         if not sys.platform.startswith("linux"):
             raise SandboxError("drivers run in processes of their own, which need Linux")
-        self._control, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._control, driver_end = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         command = [sys.executable, "-B", "-m", "sdc_experiments.championship.host"]
-        command.append(str(theirs.fileno()))
+        command.append(str(driver_end.fileno()))
         environment = {name: os.environ[name] for name in _KEPT if name in os.environ}
         environment.update(PYTHONHASHSEED="0", HOME="/tmp")
         environment["PYTHONPATH"] = os.pathsep.join(_libraries())
         if sandboxed:
             command = _in_sandbox(command)
-        with theirs:
+        with driver_end:
             self._process = subprocess.Popen(
                 command,
                 env=environment,
-                pass_fds=[theirs.fileno()],
+                pass_fds=[driver_end.fileno()],
                 stdin=subprocess.DEVNULL,
                 stderr=subprocess.PIPE,
             )
@@ -132,13 +132,13 @@ class DriverProcess:
         self.spent_ns = self._clock = self._used_ns = 0
         self._control, self._slept_s, self._pidfd = control, 0.0, -1
         self._status = 0
-        self._link, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._link, driver_end = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._link.setsockopt(socket.SOL_SOCKET, socket.SO_PASSCRED, 1)
         self._log: Any = tempfile.TemporaryFile()  # noqa: SIM115  it is closed with the drive
         message = b""
-        with theirs, contextlib.suppress(OSError):
-            socket.send_fds(control, [b"drive"], [theirs.fileno(), self._log.fileno()])
-            theirs.close()
+        with driver_end, contextlib.suppress(OSError):
+            socket.send_fds(control, [b"drive"], [driver_end.fileno(), self._log.fileno()])
+            driver_end.close()
             self._link.settimeout(_MAX_WALL_S)
             message, ancillary, _, _ = self._link.recvmsg(16, socket.CMSG_SPACE(12))
         if message != HELLO:
@@ -169,12 +169,12 @@ class DriverProcess:
         self.spent_ns, self._used_ns = used_ns - self._used_ns, used_ns
         if len(message) < ANSWER.size:
             raise self._error("it wrote to the socket of its answers")
-        given, throttle, steer, brake, hand_brake, reverse, planned = ANSWER.unpack(
+        has_command, throttle, steer, brake, hand_brake, reverse, planned = ANSWER.unpack(
             message[: ANSWER.size]
         )
         self.reason = message[ANSWER.size :].decode(errors="replace")
         self.path = Path(((0.0, 0.0, planned),)) if planned == planned else None
-        if not given:
+        if not has_command:
             return None
         try:
             return Command(throttle, steer, brake, hand_brake, reverse).clamped()[0]
@@ -196,7 +196,7 @@ class DriverProcess:
         # The first line of each kind: a driver can print others, but none that push out these.
         lines = self.output().splitlines()[::-1]
         kinds = [f"{REFUSED} {kind}" for kind in REFUSALS]
-        found = {kind: one[:200] for one in lines for kind in kinds if one.startswith(kind)}
+        found = {kind: line[:200] for line in lines for kind in kinds if line.startswith(kind)}
         return sorted(found.values())
 
     def output(self) -> str:
@@ -259,7 +259,7 @@ def _libraries() -> list[str]:
     folders = os.environ.get("PYTHONPATH", "").split(os.pathsep)
     # A virtual environment, and the Python that it is made of.
     folders += [folder for folder in (sys.prefix, sys.base_prefix) if folder != "/usr"]
-    return [os.path.realpath(one) for one in folders if one and os.path.isdir(one)]
+    return [os.path.realpath(folder) for folder in folders if folder and os.path.isdir(folder)]
 
 
 def sandbox_problem() -> str:

@@ -157,8 +157,8 @@ def packed(command: Command | None, car: Any) -> bytes:
         raise TypeError(f"step must return a Command or None, got {command!r}")
     path, reason = getattr(car, "path", None), str(getattr(car, "reason", ""))[:MAX_REASON]
     planned = path.points[0][2] if path is not None else float("nan")
-    one = command or Command()
-    pedals = one.throttle, one.steer, one.brake, one.hand_brake, one.reverse
+    answer = command or Command()
+    pedals = answer.throttle, answer.steer, answer.brake, answer.hand_brake, answer.reverse
     return ANSWER.pack(command is not None, *pedals, planned) + reason.encode()
 
 

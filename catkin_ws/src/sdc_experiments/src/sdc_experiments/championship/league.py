@@ -70,14 +70,14 @@ def draw(league: str, seed: str) -> Draw:
             return Draw(league, seed, None, {**sim, "street_scenario": name}, {}, path, limit_s)
 
 
-def prepared(one: Draw) -> tuple[DriveSetup, Simulation, DriverMission]:
+def prepared(drawn: Draw) -> tuple[DriveSetup, Simulation, DriverMission]:
     """Return the conditions of a drive, its world at the start, and what its driver gets."""
     use_machine_code()
-    setup = drive_setup("", one.route_m, one.sim, one.map)
+    setup = drive_setup("", drawn.route_m, drawn.sim, drawn.map)
     missions = setup.missions
     world = setup.simulation(compiled=True)
-    limits = overridden(planner_parameters(missions is not None), one.planner, "planner")
+    limits = overridden(planner_parameters(missions is not None), drawn.planner, "planner")
     lines, seen = stop_lines_of(world.lights), world.observation
     goals = () if missions is None else tuple(missions.goals)
-    mission = DriverMission(one.league, setup.waypoints_m, seen, limits, lines, one.map, goals)
+    mission = DriverMission(drawn.league, setup.waypoints_m, seen, limits, lines, drawn.map, goals)
     return setup, world, mission

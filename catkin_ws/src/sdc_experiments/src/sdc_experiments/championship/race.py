@@ -38,18 +38,18 @@ def drive_race(
     The order of the servers has no influence. `late` has the records of an earlier race by driver,
     which are repeated.
     """
-    one = draw("driving", seed)
+    drawn = draw("driving", seed)
     grid = generator("race", seed, "grid").permutation(sorted(servers)).tolist()
     route_m = long_route(generator("race", seed, "route"), **_ROUTE)
-    setup = drive_setup("", route_m, {**one.sim, "cars": len(grid)})
+    setup = drive_setup("", route_m, {**drawn.sim, "cars": len(grid)})
     world = setup.world()
-    limits = overridden(node_parameters("local_planner"), one.planner, "planner")
+    limits = overridden(node_parameters("local_planner"), drawn.planner, "planner")
     rules, tick_ns = evaluation_rules(limits), round(1e9 * world.tick_s)
     drivers, recorders, processes = {}, {}, {}
     tracks: dict[str, list] = {car: [] for car in world.cars}
     for car, name in zip(world.cars, grid):
         first = replace(world.cars[car].observation, stamp_ns=tick_ns)
-        mission, problem = DriverMission(one.league, setup.waypoints_m, first, limits), ""
+        mission, problem = DriverMission(drawn.league, setup.waypoints_m, first, limits), ""
         try:
             processes[car] = servers[name].start(mission)
         except DriverError as error:
@@ -73,7 +73,7 @@ def drive_race(
         driver, progress = drivers[car], recorders[car].evaluator.result().progress
         ends = driver.problem, refused.get(car, []), driver.lateness.record, driver.spent_ms
         row = {"driver": name, "car": car, "start_place": len(grid) - place, "track": tracks[car]}
-        row.update(row_of(one, recorders[car], *ends))
+        row.update(row_of(drawn, recorders[car], *ends))
         row.update(duration_s=progress.duration_s, way_m=progress.progress_m)
         rows.append(row)
     return sorted(rows, key=_rank), setup.route.points
@@ -87,14 +87,12 @@ def _rank(row: Mapping[str, Any]) -> tuple:
 def run(options: SimpleNamespace) -> int:
     """Let drivers race, print the result and write the page."""
     paths = [*map(Path, options.file)]
-    if not 2 <= len(paths) <= shared_world.MOST_CARS or {one.suffix for one in paths} != {".py"}:
+    if not 2 <= len(paths) <= shared_world.MOST_CARS or {path.suffix for path in paths} != {".py"}:
         raise ValueError(
             f"race: name two to eight drivers, such as {called('championship')} race A.py B.py"
         )
-    names = [
-        f"{path.stem}-{at}" if path.stem in {one.stem for one in paths[:at]} else path.stem
-        for at, path in enumerate(paths)
-    ]
+    stems = [path.stem for path in paths]
+    names = [f"{stem}-{i}" if stem in stems[:i] else stem for i, stem in enumerate(stems)]
     late, seed = None, options.seed
     if options.replay:
         earlier = json.loads(Path(options.replay).read_text(encoding="utf-8"))

@@ -48,17 +48,17 @@ def run(options: SimpleNamespace) -> int:
         (folder / _RESULTS).mkdir(exist_ok=True)
         seeds = seeds_of_secret(secret, about["league"], about["drives"])
         left = {name: entries[name] for name in missing}
-        for one in command.graded(engine, left, about["league"], seeds):
-            key = {"finished": _now(), "key": _key(about, left[one["name"]])}
-            _write(folder / _RESULTS / f"{one['name']}.json", {**key, **one})
+        for result in command.graded(engine, left, about["league"], seeds):
+            key = {"finished": _now(), "key": _key(about, left[result["name"]])}
+            _write(folder / _RESULTS / f"{result['name']}.json", {**key, **result})
     if options.reveal:
         about["secret"] = secret
         _write(folder / _ROUND, about)
     found = {name: _result(folder, about, name, source) for name, source in entries.items()}
-    table = _write_site(folder, about, {name: one for name, one in found.items() if one})
-    for rank, one in enumerate(table, 1):
-        problems = "".join(f"; {text}" for text in one["problems"])
-        print(f"{rank:3} {one['score']:6.2f} {one['name']}{problems}")
+    table = _write_site(folder, about, {name: result for name, result in found.items() if result})
+    for rank, result in enumerate(table, 1):
+        problems = "".join(f"; {text}" for text in result["problems"])
+        print(f"{rank:3} {result['score']:6.2f} {result['name']}{problems}")
     count = f"{len(table)} driver{'s' * (len(table) != 1)}, {about['drives']} drives each"
     print(f"championship: {about['league']}: {count}, see {folder / _SITE / 'index.html'}")
     return 0
@@ -71,10 +71,10 @@ def opened(folder: Path, options: SimpleNamespace) -> dict[str, Any]:
         ValueError: an option is not that of the round
     """
     path = folder / _ROUND
-    given = {"league": options.league, "drives": options.drives}
+    arguments = {"league": options.league, "drives": options.drives}
     if path.is_file():
         about = json.loads(path.read_text(encoding="utf-8"))
-        for name, value in given.items():
+        for name, value in arguments.items():
             if about[name] != value:
                 text = f"the round of this folder has {name}:={about[name]}, not {value}"
                 raise ValueError(f"{folder}: {text}; use a new folder for another round")
@@ -84,7 +84,7 @@ def opened(folder: Path, options: SimpleNamespace) -> dict[str, Any]:
     with open(file, "w", encoding="utf-8") as stream:
         stream.write(secret)
     digest = hashlib.sha256(secret.encode()).hexdigest()
-    about = {**given, "secret_sha256": digest, "opened": _now()}
+    about = {**arguments, "secret_sha256": digest, "opened": _now()}
     _write(path, about)
     return about
 
@@ -143,25 +143,26 @@ def _worker_problem(version: str) -> str:
 def _write_site(
     folder: Path, about: Mapping[str, Any], results: Mapping[str, dict]
 ) -> list[dict[str, Any]]:
-    """Write the site, and return the results, the best one first."""
-    site, table = folder / _SITE, sorted(results.values(), key=lambda one: -one["score"])
+    """Write the site, and return the results, the best first."""
+    site, table = folder / _SITE, sorted(results.values(), key=lambda result: -result["score"])
     site.mkdir(exist_ok=True)
     _write(site / _ROUND, about)
     secret = about.get("secret", "")
     seeds = seeds_of_secret(secret, about["league"], about["drives"]) if secret else []
-    number_of = {row["seed"]: at for one in table[:1] for at, row in enumerate(one["rows"], 1)}
+    drives = table[0]["rows"] if table else []
+    number_of = {row["seed"]: number for number, row in enumerate(drives, 1)}
     progress = SweepProgress(sys.stdout, len(table), 0, "championship", "pages")
-    for rank, one in enumerate(table, 1):
-        name, worst, shown = one["name"], command.worst_of(one), ""
+    for rank, entry in enumerate(table, 1):
+        name, worst, shown = entry["name"], command.worst_of(entry), ""
         path = folder / f"{name}.py"
         source = path.read_text("utf-8", "replace") if path.exists() else command.baseline(name)
         if secret:
-            _write(site / f"{name}.json", one)
+            _write(site / f"{name}.json", entry)
             with DriverServer(source) as server:
                 shown = page_of(server, about["league"], worst)
         # A drive is known by its number: the seeds are public after the reveal only.
-        numbered = [{**row, "seed": number_of[row["seed"]]} for row in one["rows"]]
-        worst, result = {**worst, "seed": number_of[worst["seed"]]}, {**one, "rows": numbered}
+        numbered = [{**row, "seed": number_of[row["seed"]]} for row in entry["rows"]]
+        worst, result = {**worst, "seed": number_of[worst["seed"]]}, {**entry, "rows": numbered}
         values = {"rank": rank, "count": len(table), "about": about, "source": source}
         values = {**values, "result": result, "worst": worst, "shown": shown}
         write_page(site / f"{name}.html", "championship_entry.html.jinja", **values)

@@ -52,7 +52,7 @@ def points(league: str, found: Mapping[str, float]) -> dict[str, float]:
 def _share(value: float, good: float, bad: float, scale: str) -> float:
     """Return 1 for the good value, 0 for the bad one, and between them in proportion."""
     if scale == "log":
-        value, good, bad = (math.log(max(one, 1e-9)) for one in (value, good, bad))
+        value, good, bad = (math.log(max(number, 1e-9)) for number in (value, good, bad))
     return min(max((bad - value) / (bad - good), 0.0), 1.0)
 
 

@@ -45,7 +45,7 @@ class LoggedDriver:
         return []
 
 
-def nodes_drive(given: Mapping[str, str], **options: Any) -> Any:
+def nodes_drive(arguments: Mapping[str, str], **options: Any) -> Any:
     """Return the drive of a stack, see sdc_sim.runner.isolated_drive.
 
     Raises:
@@ -57,7 +57,7 @@ def nodes_drive(given: Mapping[str, str], **options: Any) -> Any:
         raise ValueError(
             f"stack: drives through ROS, which needs the workspace ({error})"
         ) from None
-    return isolated_drive("", given, **options)
+    return isolated_drive("", arguments, **options)
 
 
 def drive_stack(stack: str, workspace: str, league: str, seed: str) -> LoggedDriver:
@@ -71,10 +71,10 @@ def drive_stack(stack: str, workspace: str, league: str, seed: str) -> LoggedDri
     drawn = draw(league, seed)
     with tempfile.TemporaryDirectory(prefix="championship_") as folder:
         log = Path(folder, "log")
-        given = {"stack": stack, "workspace": workspace, "map": drawn.map, "camera": "false"}
-        given["sim_options"] = options_text({**drawn.sim, "drive_log": str(log)})
-        given["planner_options"] = options_text(drawn.planner)
-        with nodes_drive(given, route_m=drawn.route_m) as (_, lines):
+        arguments = {"stack": stack, "workspace": workspace, "map": drawn.map, "camera": "false"}
+        arguments["sim_options"] = options_text({**drawn.sim, "drive_log": str(log)})
+        arguments["planner_options"] = options_text(drawn.planner)
+        with nodes_drive(arguments, route_m=drawn.route_m) as (_, lines):
             if not log.exists():
                 raise ValueError(f"seed {seed}: the drive has no log: {' '.join(lines)[-300:]}")
             return LoggedDriver(log.read_text(encoding="ascii"))

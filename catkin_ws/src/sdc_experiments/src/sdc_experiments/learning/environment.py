@@ -181,12 +181,12 @@ class SdcEnvironment(gymnasium.Env):
         """Return distance, offset and speed of the nearest obstacle or stop line before a light."""
         front_m = 0.5 * self._simulation.vehicle.parameters.length_m
         nearest = obs.NO_OBSTACLE
-        for one in observation.obstacles:
-            place = self._route.line.project(one.x_m, one.y_m, s_m, 0.0, obs.HORIZON_M)
-            ahead_m = place.s_m - s_m - front_m - 0.5 * one.length_m
+        for obstacle in observation.obstacles:
+            place = self._route.line.project(obstacle.x_m, obstacle.y_m, s_m, 0.0, obs.HORIZON_M)
+            ahead_m = place.s_m - s_m - front_m - 0.5 * obstacle.length_m
             is_ahead = place.s_m > s_m and ahead_m < nearest[0]
             if is_ahead and abs(place.cross_track_m) < obs.OFF_ROAD_M:
-                nearest = ahead_m, place.cross_track_m, one.speed_mps
+                nearest = ahead_m, place.cross_track_m, obstacle.speed_mps
         for plan, light in zip(self._simulation.lights, observation.traffic_lights):
             place = self._route.line.project(plan.x_m, plan.y_m, s_m, 0.0, obs.HORIZON_M)
             ahead_m = place.s_m - s_m - front_m

@@ -62,9 +62,9 @@ def road_rows(route: Route) -> np.ndarray:
     """Return curvatures and speed limits ahead of each metre of a route: (metres, 2 * places)."""
     speed, _ = limited_speeds(route.s, route.curvature, LIMITS)
     metres = np.arange(math.floor(route.length_m) + 2.0)
-    at = np.minimum(metres[:, None] + np.array(AHEAD_M), route.length_m)
-    curvature = np.interp(at, route.s, route.curvature)
-    return np.hstack([curvature, np.interp(at, route.s, speed)])
+    places_m = np.minimum(metres[:, None] + np.array(AHEAD_M), route.length_m)
+    curvature = np.interp(places_m, route.s, route.curvature)
+    return np.hstack([curvature, np.interp(places_m, route.s, speed)])
 
 
 def longest_s(route: Route) -> float:

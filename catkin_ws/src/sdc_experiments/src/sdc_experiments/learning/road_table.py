@@ -35,11 +35,11 @@ class RoadTable:
         last = np.cumsum(counts) - 1
         self.ends = np.column_stack([last - counts + 1, last])
         points = [route.points for route in routes]
-        steps = np.vstack([np.diff(one, axis=0) for one in points])
+        steps = np.vstack([np.diff(line, axis=0) for line in points])
         lengths = np.hypot(*steps.T)
         self.segments = np.vstack(
             [
-                *np.vstack([one[:-1] for one in points]).T,
+                *np.vstack([line[:-1] for line in points]).T,
                 *(steps / lengths[:, None]).T,
                 lengths,
                 np.concatenate([route.s[:-1] for route in routes]),
@@ -53,7 +53,7 @@ class RoadTable:
         self.start = np.column_stack([x, y, np.arctan2(direction_y, direction_x)])
         rows = [road_rows(route) for route in routes]
         self.ahead = np.vstack(rows)
-        self.first_row = np.append(0, np.cumsum([len(one) for one in rows]))[:-1]
+        self.first_row = np.append(0, np.cumsum([len(part) for part in rows]))[:-1]
 
     def starts(self, roads: np.ndarray) -> np.ndarray:
         """Return the places (4, N) at the starts of some routes; see find_places."""

@@ -18,13 +18,12 @@ from sdc_experiments.learning.road_table import CROSS_TRACK, S
 from sdc_experiments.learning.traffic_world import HORIZON_M, LANE_M, LENGTH_M, RAMP_M, RING_M
 from sdc_experiments.learning.vector_environment import SdcVectorEnvironment
 
-# A drive begins on the ramp with this speed and ends here [m/s, m].
-START_MPS, END_M, LIMIT_MPS = 15.0, 400.0, 27.8
-# Its end is in a lane, so close to the middle [m].
-_MIDDLE_M = 1.0
+START_MPS = 15.0  # speed at the start of a drive, on the ramp
+END_M = 400.0  # place on the ring at which a drive ends
+LIMIT_MPS = 27.8
+_MIDDLE_M = 1.0  # greatest distance to the middle of a lane at the end of a drive
 _WEIGHT = 0.1
-# The distance to the end of a lane that does not end [m].
-OPEN_M = 300.0
+OPEN_M = 300.0  # distance to the end of a lane that does not end
 _AROUND = (
     ("ends_m", 0.0, OPEN_M),
     ("ahead_m", -LENGTH_M, HORIZON_M),
@@ -79,7 +78,7 @@ class TrafficVectorEnvironment(SdcVectorEnvironment):
             autoreset_mode=autoreset_mode,
             render_mode=render_mode,
         )
-        bounds = np.array([one[1:] for one in TRAFFIC_ENTRIES], np.float32).T
+        bounds = np.array([entry[1:] for entry in TRAFFIC_ENTRIES], np.float32).T
         self.single_observation_space = gymnasium.spaces.Box(*bounds)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._lanes, self._ticks = lanes + 1, np.zeros(num_envs, int)

@@ -9,22 +9,23 @@ from __future__ import annotations
 
 import numpy as np
 
-# The motorway is a ring, so that its traffic stays as dense [m]; the ramp is beside its start.
-RING_M, RAMP_M, LANE_M = 1200.0, 250.0, 3.5
-LENGTH_M, WIDTH_M = 4.7, 2.0
-# No car farther away is seen [m].
-HORIZON_M = 100.0
+RING_M = 1200.0  # the motorway is a ring, so that its traffic stays as dense
+RAMP_M = 250.0  # length of the ramp, which is beside the start of the ring
+LANE_M = 3.5  # width of a lane
+LENGTH_M = 4.7  # of a car
+WIDTH_M = 2.0
+HORIZON_M = 100.0  # no car farther away is seen
 # Rows of the cars: along the ring, speed, offset from the right lane, lane (0 is the ramp), wished
 # speed, time gap. The last car is our own.
 S, SPEED, Y, LANE, WISH, TIME_GAP = range(6)
 _ACCELERATION, _BRAKING, _HARDEST, _GAP_M = 1.5, 2.0, 8.0, 2.0
 _ROOT = 2.0 * (_ACCELERATION * _BRAKING) ** 0.5
-# MOBIL: share of the others' advantage, least advantage, hardest braking of the one behind [m/s2].
-_POLITENESS, _LEAST, _SAFE = 0.3, 0.2, 3.0
-# A car changes lanes with this speed, and considers it once in so many ticks.
-_SIDEWARDS_MPS, _EVERY = 1.0, 10
-# A car whose middle is so close to that of a lane is in its way.
-_REACH_M = 0.5 * (LANE_M + WIDTH_M) - 0.3
+_POLITENESS = 0.3  # share of the others' advantage in MOBIL
+_LEAST = 0.2  # least advantage of a change of lane [m/s2]
+_SAFE = 3.0  # hardest braking of the car behind after a change of lane [m/s2]
+_SIDEWARDS_MPS = 1.0  # speed of a change of lane
+_EVERY = 10  # ticks between two decisions about a change of lane
+_REACH_M = 0.5 * (LANE_M + WIDTH_M) - 0.3  # a car within it of the middle of a lane is in its way
 
 
 def is_in(car: np.ndarray, k: int, lane: int) -> bool:
@@ -45,11 +46,11 @@ def acceleration(car: np.ndarray, k: int, leader: int) -> float:
 
 
 def advantage(
-    car: np.ndarray, k: int, lane: int, now: float, ahead: np.ndarray, behind: np.ndarray
+    car: np.ndarray, k: int, lane: int, present_mps2: float, ahead: np.ndarray, behind: np.ndarray
 ) -> float:
     """Return what a change of car k to a lane is worth, -1 if it is not safe (MOBIL) [m/s2]."""
     leader, follower = ahead[k, lane], behind[k, lane]
-    own, others = acceleration(car, k, leader) - now, 0.0
+    own, others = acceleration(car, k, leader) - present_mps2, 0.0
     if leader >= 0 and (car[S, leader] - car[S, k]) % RING_M < LENGTH_M + _GAP_M:
         return -1.0
     if follower >= 0:

@@ -142,7 +142,7 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
             seeds = seed
             if not isinstance(seeds, list):
                 seeds = [None if first is None else first + i for i in range(self._route_count)]
-            generators = [seeding.np_random(one)[0] for one in seeds[: self._route_count]]
+            generators = [seeding.np_random(number)[0] for number in seeds[: self._route_count]]
             self._set_roads([obs.random_route(generator) for generator in generators], mask)
         self._start(np.flatnonzero(mask))
         self._ended = self._ended & ~mask

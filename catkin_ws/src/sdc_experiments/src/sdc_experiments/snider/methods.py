@@ -121,10 +121,10 @@ def _kinematic(wheelbase_m: float) -> SteeringFunction:
     form = ChainedForm(wheelbase_m)
 
     def steer(course: Course, state: VehicleState, rear: Place) -> float:
-        before, here, after = (course.curvature_at(rear.s_m + ds) for ds in (-0.1, 0.0, 0.1))
+        before, curve, after = (course.curvature_at(rear.s_m + ds) for ds in (-0.1, 0.0, 0.1))
         error = wrap_angle(state.yaw_rad - rear.heading_rad)
         driven_m, slope = state.speed_mps * _TICK_S, (after - before) / 0.2
-        return form.wheel_angle(driven_m, rear.cross_track_m, error, here, slope, KINEMATIC_PER_M)
+        return form.wheel_angle(driven_m, rear.cross_track_m, error, curve, slope, KINEMATIC_PER_M)
 
     return steer
 

@@ -47,7 +47,7 @@ _TABLE = re.compile(rf"^\| (?:{'|'.join(COURSES)}) (?:\|.*\n)+", re.MULTILINE)
 def to_json(peaks: Peaks) -> str:
     """Return the peak errors as text; that of a drive that left the road is null."""
     rows = [
-        [*key, *(one if math.isfinite(one) else None for one in errors)]
+        [*key, *(error if math.isfinite(error) else None for error in errors)]
         for key, errors in peaks.items()
     ]
     return "[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n"
@@ -56,7 +56,7 @@ def to_json(peaks: Peaks) -> str:
 def from_json(text: str) -> Peaks:
     """Return the peak errors from the result of `to_json`."""
     return {
-        tuple(key): PeakErrors(*(math.inf if one is None else one for one in (point, centre)))
+        tuple(key): PeakErrors(*(math.inf if error is None else error for error in (point, centre)))
         for *key, point, centre in json.loads(text)
     }
 
@@ -75,7 +75,7 @@ def _tables(peaks: Peaks) -> Iterator[str]:
             for method, values in paper.items():
                 found = (peaks[car, course, method, speed].point_m for speed in SPEEDS_MPS)
                 known = (f" ({value:g})" if value else "" for value in values)
-                rows[method] = [_metres(one) + more for one, more in zip(found, known)]
+                rows[method] = [_metres(error) + note for error, note in zip(found, known)]
             yield _table(course, rows)
     for car in (NEUTRAL, UNDERSTEERING):
         for course in COURSES:

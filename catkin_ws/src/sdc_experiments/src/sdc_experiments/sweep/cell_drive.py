@@ -52,7 +52,7 @@ def code_version() -> str:
         # The share/ of an installed wheel is in its code.
         root = root.parent if root.name == "share" else root
         files = ((str(path.relative_to(root)), path) for path in sorted(root.rglob("*.*")))
-        paths += [one for one in files if not one[0].startswith("test/")]
+        paths += [file for file in files if not file[0].startswith("test/")]
     for name, path in paths:
         if path.suffix in _CODE_ENDINGS:
             found.update(name.encode() + b"\0" + path.read_bytes())
@@ -124,10 +124,10 @@ def _drive_nodes(cell: Cell, timeout_s: float, row: dict[str, Any]) -> str:
     for name in (name.partition("/")[0] for name in settings):
         values[name] = nested(settings, name) if name in _SECTIONS else settings[name]
     parameters = {CONTROLLER: values.pop(CONTROLLER)} if CONTROLLER in values else {}
-    given = {name: text(value) for name, value in values.items()}
+    texts = {name: text(value) for name, value in values.items()}
     from sdc_sim.runner import isolated_drive  # Only a drive with nodes needs ROS.
 
-    with isolated_drive(cell.scenario, given, parameters, timeout_s=timeout_s) as (drive, lines):
+    with isolated_drive(cell.scenario, texts, parameters, timeout_s=timeout_s) as (drive, lines):
         report = Path(drive.report_path)
         if not report.exists() or not is_complete(drive.report_path):
             log = Path(drive.log_path).read_text(encoding="utf-8", errors="replace")

@@ -85,8 +85,8 @@ def _drive(
 ) -> None:
     version = code_version()
     by_key = {cell.key: cell for cell in cells}
-    more = study.stack, study.timeout_s, version
-    tasks = ((key, (tuple(cell), *more)) for key, cell in by_key.items())
+    settings = study.stack, study.timeout_s, version
+    tasks = ((key, (tuple(cell), *settings)) for key, cell in by_key.items())
     count = cores()
     workers = options.workers or (max(1, count // 2) if study.stack == ROS else count)
     with DaskEngine(options.scheduler, workers) as engine:

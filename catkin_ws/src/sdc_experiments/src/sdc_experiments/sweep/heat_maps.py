@@ -55,7 +55,7 @@ def heat_maps(found: Sequence[Combination], metric: str) -> HeatMaps | None:
     Returns:
         None where fewer than two factors vary
     """
-    table = [{**one.values, SCENARIO: scenario_name(one.scenario)} for one in found]
+    table = [{**result.values, SCENARIO: scenario_name(result.scenario)} for result in found]
     values = {
         name: list({text(row[name]): row[name] for row in table}.values()) for name in table[0]
     }
@@ -69,24 +69,24 @@ def heat_maps(found: Sequence[Combination], metric: str) -> HeatMaps | None:
         fixed = dict(zip(others, options))
         means = np.full((len(values[y]), len(values[x])), math.nan)
         labels = [["" for _ in values[x]] for _ in values[y]]
-        for row, one in zip(table, found):
+        for row, result in zip(table, found):
             if all(row[name] == value for name, value in fixed.items()):
                 i, j = values[y].index(row[y]), values[x].index(row[x])
-                means[i, j] = one.metrics[metric].mean
-                labels[i][j] = _label(one, metric)
+                means[i, j] = result.metrics[metric].mean
+                labels[i][j] = _label(result, metric)
         title = ", ".join(f"{names[name]} {text(value)}" for name, value in fixed.items())
         panels.append(Panel(title, means, labels))
     axes = (names[x], values[x]), (names[y], values[y])
     return HeatMaps(metric, *axes, panels[:MAX_PANELS], len(panels[MAX_PANELS:]))
 
 
-def _label(one: Combination, metric: str) -> str:
-    mean = one.metrics[metric].mean
+def _label(result: Combination, metric: str) -> str:
+    mean = result.metrics[metric].mean
     lines = [] if math.isnan(mean) else [f"{mean:.3g}"]
-    if one.failed:
-        lines.append(f"{one.failed} failed")
-    if one.completed < one.drives:
-        lines.append(f"{100.0 * one.completed / one.drives:.0f} % completed")
+    if result.failed:
+        lines.append(f"{result.failed} failed")
+    if result.completed < result.drives:
+        lines.append(f"{100.0 * result.completed / result.drives:.0f} % completed")
     return "\n".join(lines)
 
 

@@ -37,8 +37,8 @@ class SweepProgress:
         left = f", {left_s // 60}:{left_s % 60:02d} left" if self._done < self._total else ""
         self._print(f"{failures}, {rate:.1f} {self._things}/s{left}")
 
-    def _print(self, more: str) -> None:
-        line = f"{self._name}: {self._done} of {self._total} {self._things}{more}"
+    def _print(self, details: str) -> None:
+        line = f"{self._name}: {self._done} of {self._total} {self._things}{details}"
         self._stream.write(f"\r\x1b[K{line}" if self._in_place else f"{line}\n")
         self._stream.flush()
 

@@ -53,9 +53,9 @@ def checked(name: str, value: Any, stack: str, folder: str) -> Any:
     if first in _CONFIGURATIONS:
         if not keys and not isinstance(value, dict):
             raise ValueError(f"'{name}' must be a mapping, got {text(value)[:40]}")
-        present, given = node_config(*_CONFIGURATIONS[first]), nested({name: value}, first)
-        overridden(present, given, first)
-        _check_types(first, present, given)
+        present, changes = node_config(*_CONFIGURATIONS[first]), nested({name: value}, first)
+        overridden(present, changes, first)
+        _check_types(first, present, changes)
         return value
     known = _arguments() if stack == ROS else _IN_PROCESS_ARGUMENTS
     if name not in known:

@@ -112,13 +112,13 @@ def load_study(path: str) -> Study:
         document.path,
         values.get("about", ""),
         stack,
-        tuple(_scenario(document, at, folder) for at in range(len(values["scenarios"]))),
+        tuple(_scenario(document, index, folder) for index in range(len(values["scenarios"]))),
         {
             name: setting(name, value, "settings", name)
             for name, value in values.get("settings", {}).items()
         },
         {
-            name: tuple(setting(name, one, "factors", name, at) for at, one in enumerate(options))
+            name: tuple(setting(name, value, "factors", name, i) for i, value in enumerate(options))
             for name, options in values.get("factors", {}).items()
         },
         tuple(map(int, seeds)) if isinstance(seeds, list) else tuple(range(1, int(seeds) + 1)),

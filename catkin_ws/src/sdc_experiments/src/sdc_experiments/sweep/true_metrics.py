@@ -29,8 +29,8 @@ def true_metrics(rows: np.ndarray, states: Sequence[VehicleState]) -> dict[str, 
     if not len(rows):
         return found
     motion = [
-        (one.x_m, one.y_m, one.yaw_rad, math.hypot(one.speed_mps, one.lateral_speed_mps))
-        for one in states[: len(rows)]
+        (state.x_m, state.y_m, state.yaw_rad, math.hypot(state.speed_mps, state.lateral_speed_mps))
+        for state in states[: len(rows)]
     ]
     x, y, yaw, speed = np.transpose(motion)
     heading = trace["yaw_rad"] - trace["heading_error_rad"]
