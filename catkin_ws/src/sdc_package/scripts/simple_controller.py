@@ -37,8 +37,8 @@ class SimpleController:
             check_between(-1.0, 1.0, basic_steer=self.basic_steer)
             self.axles = Axles(**parameter("axles"))
             self.controller = Controller(parameter, self.steering(parameter("steering_method")))
-            given = parameter("patience_s"), not self.basic_control
-            self.inputs = InputPairing(self.answer, self.stop, *given)
+            patience_s, path_needed = parameter("patience_s"), not self.basic_control
+            self.inputs = InputPairing(self.answer, self.stop, patience_s, path_needed)
         except (TypeError, ValueError) as error:
             refuse(f"config/simple_controller.yaml: {error}")
         offer_reload(self.reload)
@@ -88,8 +88,8 @@ class SimpleController:
 
     def stop(self, missing, observation, path):
         """Brake along the last path while an input is missing; without one, hold the steer."""
-        now = rospy.Time.now() if observation is None else stamp_of(observation)
-        self.reasons.timed_out(missing, now)
+        stamp = rospy.Time.now() if observation is None else stamp_of(observation)
+        self.reasons.timed_out(missing, stamp)
         self.send(self.controller.stop(observation, path if missing == "path" else None))
 
     def send(self, command):

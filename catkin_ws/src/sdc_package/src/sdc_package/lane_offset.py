@@ -12,14 +12,17 @@ import numpy as np
 from sdc_common.geometry.polyline import Place
 from sdc_common.validation import check_positive
 
-# With fewer marked pixels that agree there is no lane.
-_LEAST_PIXELS, _MOST_PIXELS = 50, 1000  # the most that are looked at in a picture
-_TOLERANCE_M = 0.12
+_LEAST_PIXELS = 50  # with fewer marked pixels that agree there is no lane
+_MOST_PIXELS = 1000  # greatest number of pixels that are used of a picture
+_TOLERANCE_M = 0.12  # pixels within this distance of the fitted line agree with it
+# The fit begins with the fullest bin of offsets and slopes.
 _BIN_M = 0.1
-_OFFSETS_M, _SLOPES = np.arange(-1.6, 1.5, _BIN_M), np.linspace(-0.2, 0.2, 21)[:, None]
-_EVERY, _MOST_FITS = 2, 5
-# Share by which one picture moves the path, and ticks whose places wait for their pictures.
-_GAIN, _KEPT_TICKS = 0.3, 60
+_OFFSETS_M = np.arange(-1.6, 1.5, _BIN_M)
+_SLOPES = np.linspace(-0.2, 0.2, 21)[:, None]
+_EVERY = 2  # every second pixel is counted in the bins
+_MOST_FITS = 5  # number of fits, each to the pixels that agree with the fit before
+_GAIN = 0.3  # share of the measured offset by which a picture moves the path
+_KEPT_TICKS = 60  # ticks whose places wait for their pictures
 
 
 @dataclass(frozen=True)

@@ -105,10 +105,10 @@ class ReferencePath:
         aim_s_m = place.s_m + _AIM_AHEAD_M
         # An average that reaches beyond a stop would brake too little before it.
         reach_m = max(_MIN_PREVIEW_M, min(preview_m, self._stop_s_m - aim_s_m))
-        here, there = self._speed_squared(aim_s_m), self._speed_squared(aim_s_m + reach_m)
-        acceleration = (there - here) / (2.0 * reach_m)
+        square, square_ahead = self._speed_squared(aim_s_m), self._speed_squared(aim_s_m + reach_m)
+        acceleration = (square_ahead - square) / (2.0 * reach_m)
         return PathPoint(
-            place.s_m, place.cross_track_m, place.heading_rad, math.sqrt(here), acceleration
+            place.s_m, place.cross_track_m, place.heading_rad, math.sqrt(square), acceleration
         )
 
     def _passed_rows(self, first: Row) -> list[Row]:

@@ -27,7 +27,7 @@ class TrafficLightMargins:
     car_front_m: float  # distance from the car's centre to its front [m]
 
     def __post_init__(self):
-        check_non_negative(**{f"traffic_lights/{key}": one for key, one in vars(self).items()})
+        check_non_negative(**{f"traffic_lights/{key}": value for key, value in vars(self).items()})
 
 
 class TrafficLightMonitor:
