@@ -266,8 +266,8 @@ class Cockpit:
         return f"started {name}"
 
     def before_drive(self):
-        if who := running_node(rosgraph.get_master_uri(), ["/sim"]):
-            raise ValueError(f"a drive runs that this page did not start: {who}; end it first")
+        if node := running_node(rosgraph.get_master_uri(), ["/sim"]):
+            raise ValueError(f"a drive runs that this page did not start: {node}; end it first")
         rospy.set_param(ENDED_PARAMETER, False)
         self.view.clear()
 

@@ -27,9 +27,9 @@ class Access:
         self.token = token
         self._loopback = loopback
 
-    def has_token(self, given: str | None) -> bool:
+    def has_token(self, candidate: str | None) -> bool:
         """Return whether a request contains the token, in a time that does not depend on it."""
-        return _equal(given, self.token)
+        return _equal(candidate, self.token)
 
     def key(self, drive: str) -> str:
         """Return what opens the files of one drive, and nothing else.
@@ -38,9 +38,9 @@ class Access:
         """
         return hmac.new(self.token.encode(), drive.encode(), "sha256").hexdigest()
 
-    def has_key(self, given: str | None, drive: str) -> bool:
+    def has_key(self, candidate: str | None, drive: str) -> bool:
         """Return whether a request contains the key of a drive."""
-        return _equal(given, self.key(drive))
+        return _equal(candidate, self.key(drive))
 
     def allows_host(self, host: str | None) -> bool:
         """Return whether a Host header names this server.
@@ -69,8 +69,8 @@ class Access:
         )
 
 
-def _equal(given: str | None, wanted: str) -> bool:
-    return hmac.compare_digest((given or "").encode("utf-8", "replace"), wanted.encode())
+def _equal(candidate: str | None, wanted: str) -> bool:
+    return hmac.compare_digest((candidate or "").encode("utf-8", "replace"), wanted.encode())
 
 
 def is_loopback(name: str) -> bool:

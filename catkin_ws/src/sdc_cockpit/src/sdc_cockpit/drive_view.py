@@ -232,8 +232,8 @@ def _box(pose: Any, size: Any) -> list[float]:
 
 def _obstacles(message: Any) -> list[dict[str, Any]]:
     return [
-        {"id": one.id, "kind": one.kind, "box": _box(one.pose, one.size)}
-        for one in decoded(message, ObstacleArray).obstacles
+        {"id": obstacle.id, "kind": obstacle.kind, "box": _box(obstacle.pose, obstacle.size)}
+        for obstacle in decoded(message, ObstacleArray).obstacles
     ]
 
 

@@ -49,7 +49,7 @@ class Viewer:
 
     def drawn(self, number: int) -> None:
         """Count a picture, and all before it, as drawn."""
-        self._undrawn = [one for one in self._undrawn if one > number]
+        self._undrawn = [picture for picture in self._undrawn if picture > number]
 
 
 class Viewers:
