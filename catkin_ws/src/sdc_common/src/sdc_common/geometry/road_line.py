@@ -130,14 +130,14 @@ def _deviations(points: np.ndarray, s: np.ndarray) -> np.ndarray:
     """Return how far each point lies beside the curve of its six neighbours, as a noise [m]."""
     count = len(points) - 6
     near = [0, 1, 2, 4, 5, 6]
-    at = {i: s[i : i + count] for i in range(7)}
+    s_of = {i: s[i : i + count] for i in range(7)}
     total = np.ones(count)
     offset = points[3 : 3 + count].copy()
     for i in near:
         weight = np.ones(count)
         for j in near:
             if j != i:
-                weight *= (at[3] - at[j]) / (at[i] - at[j])
+                weight *= (s_of[3] - s_of[j]) / (s_of[i] - s_of[j])
         total += weight * weight
         offset -= weight[:, None] * points[i : i + count]
     chord = points[6:] - points[:-6]
@@ -161,16 +161,16 @@ def _interpolated(points: np.ndarray, s: np.ndarray) -> np.ndarray:
     ends = sorted({0, *corners, *directions, len(points) - 1})
     line = [points[:1]]
     for first, last in zip(ends, ends[1:]):
-        piece, at = slice(first, last + 1), _even(s[first], s[last])[1:]
+        piece, stations = slice(first, last + 1), _even(s[first], s[last])[1:]
         if last == first + 1:
-            line.append(interpolate(at, s[piece], points[piece]))
+            line.append(interpolate(stations, s[piece], points[piece]))
             continue
         lengths = np.diff(s[piece]).tolist()
         conditions = [
             (1, directions[end]) if end in directions else _free_end(*beside)
             for end, beside in ((first, lengths[:2]), (last, lengths[:-3:-1]))
         ]
-        line.append(CubicSpline(s[piece], points[piece], bc_type=conditions)(at))
+        line.append(CubicSpline(s[piece], points[piece], bc_type=conditions)(stations))
     return np.vstack(line)
 
 

@@ -63,11 +63,11 @@ def detected_obstacles(array: ObstacleArray) -> list[DetectedObstacle]:
         ValueError: a number is not finite
     """
     obstacles = []
-    for one in array.obstacles:
-        position, size = one.pose.position, one.size
-        yaw = yaw_from_quaternion(one.pose.orientation)
+    for body in array.obstacles:
+        position, size = body.pose.position, body.size
+        yaw = yaw_from_quaternion(body.pose.orientation)
         box = position.x, position.y, yaw, size.x, size.y
-        obstacles.append(DetectedObstacle(*box, one.speed, one.id, one.kind, position.z))
+        obstacles.append(DetectedObstacle(*box, body.speed, body.id, body.kind, position.z))
     return obstacles
 
 

@@ -105,10 +105,10 @@ def watch_connections() -> None:
 
     def check() -> None:
         nonlocal last_time, has_run, logged
-        problems, now = set(), rospy.get_rostime()
-        has_run |= now != last_time and not last_time.is_zero()
+        problems, ros_time = set(), rospy.get_rostime()
+        has_run |= ros_time != last_time and not last_time.is_zero()
         # At its first tick, the simulator waits for nodes, and logs for which.
-        if now == last_time and (has_run or now.is_zero()):
+        if ros_time == last_time and (has_run or ros_time.is_zero()):
             problems.add(
                 f"waiting for /clock, which has stopped for {_CHECK_EVERY_S:g} s: the simulator "
                 f"does not run, is paused, or waits for a command{_missing_publishers()}"
@@ -121,7 +121,7 @@ def watch_connections() -> None:
             return
         for problem in problems - logged:
             rospy.logwarn("%s: %s", rospy.get_name().lstrip("/"), problem)
-        last_time, logged = now, problems
+        last_time, logged = ros_time, problems
 
     every(_CHECK_EVERY_S, check)
 
