@@ -10,11 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# Weights of progress, of the time to collision and of comfort.
-PROGRESS, DISTANCE, COMFORT = 5.0, 5.0, 2.0
+PROGRESS = 5.0  # weight of the progress
+DISTANCE = 5.0  # weight of the time to collision
+COMFORT = 2.0  # weight of comfort
 LEAST_TTC_S = 1.0
-# Limits of comfort of nuPlan for the acceleration along the road [m/s^2].
-HARDEST_MPS2, STRONGEST_MPS2 = -4.05, 2.40
+# Limits of comfort of nuPlan for the acceleration along the road.
+HARDEST_MPS2 = -4.05
+STRONGEST_MPS2 = 2.40
 
 
 @dataclass(frozen=True)

@@ -20,18 +20,19 @@ from sdc_map.network import Network
 CAR_M = 4.7
 # The space of a junction that two need: their centres are nearer than this to the crossing point.
 SPACE_M = 5.0
-# Time between the car and one with right of way in a junction.
-_MARGIN_S = 1.5
+_MARGIN_S = 1.5  # time between the car and a road user with right of way in a junction
 _TIMES_S = np.arange(0.0, 9.01, 0.25)
-# Ticks between two decisions, and between two looks; sideways speed of a lane change [m/s].
-_DECIDE_TICKS, _LOOK_TICKS, _ASIDE_MPS = 10, 3, 1.3
-# The car follows a change of its speed so late.
-_LATE_S = 0.3
-_PATH_M, _NEAR_M, _ALONG_RAD, _ASIDE_M = 24, 150.0, 0.6, 1.3
-# A car that had to brake harder than this to stop at the line drives on.
-_LATE_MPS2 = 5.0
-# A car that enters from the line accelerates with at least this share; so near it has decided.
-_LATEST, _AT_LINE_M = 0.6, 3.0
+_DECIDE_TICKS = 10  # ticks between two decisions
+_LOOK_TICKS = 3  # ticks between two looks at a junction
+_ASIDE_MPS = 1.3  # sideways speed of a lane change
+_LATE_S = 0.3  # delay with which the car follows a change of its speed
+_PATH_M = 24  # length of the path ahead of the car
+_NEAR_M = 150.0  # road users farther away do not count
+_ALONG_RAD = 0.6  # greatest angle to a lane of a road user that drives along it
+_ASIDE_M = 1.3  # greatest distance from the middle of a lane of a road user on it
+_LATE_MPS2 = 5.0  # a car that must brake harder than this to stop at the line drives on
+_LATEST = 0.6  # least share of its acceleration with which a car enters from the line
+_AT_LINE_M = 3.0  # the decision is final within this distance of the line
 
 
 class LaneRoad:
@@ -48,7 +49,7 @@ class LaneRoad:
     ):
         self.network, self.lines, self.number = network, lines, len(lanes)
         parts = [network.lanes[name].points_m for name in lanes[0]]
-        points = np.vstack([parts[0], *(one[1:] for one in parts[1:])])
+        points = np.vstack([parts[0], *(part[1:] for part in parts[1:])])
         self.line = Polyline(points.tolist())
         self.width_m = network.lanes[lanes[0][0]].width_m
 
@@ -69,7 +70,7 @@ class BehaviourDriver:
     Args:
         road: the road along which it drives
         chooses: what chooses the manoeuvre
-        more: how it decides, fields of its scenes: limit_mps, rss, politeness
+        options: how it decides, fields of its scenes: limit_mps, rss, politeness
 
     Attributes:
         scene: what it decided about in the last step
@@ -81,11 +82,11 @@ class BehaviourDriver:
         self,
         road: LaneRoad,
         chooses: Callable[[LaneScene], LaneProposal] = choose,
-        **more: Any,
+        **options: Any,
     ):
         self._road, self._choose = road, chooses
         self._offset_m, self._ticks, self._entered_m = 0.0, 0, -math.inf
-        self.scene = LaneScene(OnLane(0.0, 0.0, CAR_M), lanes=road.number, **more)
+        self.scene = LaneScene(OnLane(0.0, 0.0, CAR_M), lanes=road.number, **options)
         self._proposal = LaneProposal(0, self.scene.limit_mps)
         self.reason, self.acceleration_mps2 = "", 0.0
 
@@ -125,9 +126,9 @@ class BehaviourDriver:
 
     def _scene(self, s_m: float, seen: Observation) -> LaneScene:
         own = OnLane(s_m, seen.speed_mps, CAR_M, self._proposal.lane)
-        found = [(one, self._road.on_lane(one, s_m)) for one in seen.obstacles]
+        found = [(obstacle, self._road.on_lane(obstacle, s_m)) for obstacle in seen.obstacles]
         others = tuple(place for _, place in found if place is not None)
-        elsewhere = [one for one, place in found if place is None]
+        elsewhere = [obstacle for obstacle, place in found if place is None]
         stop_m = self.scene.stop_m
         if self._ticks % _LOOK_TICKS == 0:
             stop_m = self._line_m(own, elsewhere)
@@ -146,8 +147,8 @@ class BehaviourDriver:
             enters_s = self._time_s(own, line.meets_m - SPACE_M - 1.0, 1.0)
             leaves_s = self._time_s(own, line.meets_m + SPACE_M + 1.0, _LATEST)
             space_m, network = np.array(line.space_m), self._road.network
-            ways = (predicted(network, one, _TIMES_S) for one in users)
-            others = [time_in_space(one, _TIMES_S, space_m, SPACE_M) for one in ways]
+            ways = (predicted(network, user, _TIMES_S) for user in users)
+            others = [time_in_space(way, _TIMES_S, space_m, SPACE_M) for way in ways]
             if not may_enter((enters_s, leaves_s), others, _MARGIN_S):
                 return line.line_m
             if to_line_m < _AT_LINE_M:

@@ -29,14 +29,15 @@ from sdc_sim.yaml_document import config_path
 
 TICK_S = 0.05
 _WHEELBASE_M = 2.87
-# Road users come from so far behind the start of the road.
-BEFORE_M = 200.0
+BEFORE_M = 200.0  # ways of road users begin at this distance before the start of the road
 WAYS_M = (
     np.array([(-BEFORE_M, 0.0), (END_M, 0.0)]),
     np.array([(-BEFORE_M, WIDTH_M), (END_M, WIDTH_M)]),
     np.array([(SIDE_M, SIDE_FROM_M + BEFORE_M), (SIDE_M, -SIDE_FROM_M)]),
 )
-START_M, FINISH_M, LONGEST_S = 10.0, 620.0, 150.0
+START_M = 10.0  # place on the road at which a drive starts
+FINISH_M = 620.0  # place on the road at which a drive ends
+LONGEST_S = 150.0
 
 
 @dataclass
@@ -47,19 +48,19 @@ class Driven:
     # Road users with right of way that were in the space that both need together with the car, or
     # within 1 s after it
     taken: int = 0
-    # Greatest deceleration of one behind the car because of the car [m/s^2]
+    # Greatest deceleration of a vehicle behind the car because of the car [m/s^2]
     pushed_mps2: float = 0.0
     mean_mps: float = 0.0  # mean speed from start to finish; 0 if it did not arrive [m/s]
-    # (T, 5) time [s], place [m], speed [m/s], gap to the one ahead [m], distance from the middle of
-    # the right lane [m]
+    # (T, 5) time [s], place [m], speed [m/s], gap to the vehicle ahead [m], distance from the
+    # middle of the right lane [m]
     rows: np.ndarray = field(default_factory=lambda: np.empty((0, 5)), repr=False)
 
 
-def _actor(way: int, from_m: float, mps: float, kind: str = "car", **more: Any) -> Actor:
+def _actor(way: int, from_m: float, mps: float, kind: str = "car", **options: Any) -> Actor:
     """Return a road user on lane 0 or 1 of the road, or on the side road, number 2."""
     size_m = KINDS[kind].size_m
     # The side road's users do not brake for the car, which must not be in their way.
-    return Actor(kind, WAYS_M[way], BEFORE_M + from_m, size_m, mps, looks=way < 2, **more)
+    return Actor(kind, WAYS_M[way], BEFORE_M + from_m, size_m, mps, looks=way < 2, **options)
 
 
 def _lorry(random: np.random.Generator) -> list[Actor]:
@@ -67,7 +68,7 @@ def _lorry(random: np.random.Generator) -> list[Actor]:
     places = np.cumsum(random.uniform(25.0, 80.0, 5)) - 130.0
     speeds = random.uniform(12.0, 13.5, 5)
     lorry = _actor(0, random.uniform(60.0, 90.0), random.uniform(5.0, 7.0), "lorry")
-    return [lorry, *(_actor(1, *one) for one in zip(places.tolist(), speeds.tolist()))]
+    return [lorry, *(_actor(1, *vehicle) for vehicle in zip(places.tolist(), speeds.tolist()))]
 
 
 def _brake(random: np.random.Generator) -> list[Actor]:
@@ -81,7 +82,7 @@ def _crossing(random: np.random.Generator) -> list[Actor]:
     """Return cars on the side road with right of way, 2.5 s to 6 s apart."""
     speed = random.uniform(8.0, 11.0)
     meets_s = 16.0 + np.cumsum(random.uniform(2.5, 6.0, 6))
-    return [_actor(2, SIDE_FROM_M - speed * one, speed) for one in meets_s.tolist()]
+    return [_actor(2, SIDE_FROM_M - speed * moment_s, speed) for moment_s in meets_s.tolist()]
 
 
 SCENES: dict[str, Callable[[np.random.Generator], list[Actor]]] = {
@@ -105,7 +106,7 @@ class LabCar:
         path, seen = self._planner.plan(observation), observation
         ahead_m = 4.0 + 0.6 * seen.speed_mps
         x, y, _ = min(
-            path.points, key=lambda one: abs(math.dist(one[:2], (seen.x_m, seen.y_m)) - ahead_m)
+            path.points, key=lambda point: abs(math.dist(point[:2], (seen.x_m, seen.y_m)) - ahead_m)
         )
         turn = math.atan2(y - seen.y_m, x - seen.x_m) - seen.yaw_rad
         angle = math.atan(2.0 * _WHEELBASE_M * math.sin(turn) / ahead_m)
@@ -143,32 +144,44 @@ class _Referee:
         return over
 
     def _look_at_crossing(self, time_s: float, snapshot: Snapshot) -> None:
-        """Note when the car, with number 1, and each one on the side road are in the space."""
+        """Note when the car, with number 1, and road users on the side road are in the space."""
         bodies = [(1, snapshot.state.x_m - SIDE_M)]
-        bodies += [(one.id, one.y_m) for one in snapshot.obstacles if one.yaw_rad < -1.0]
+        bodies += [
+            (obstacle.id, obstacle.y_m)
+            for obstacle in snapshot.obstacles
+            if obstacle.yaw_rad < -1.0
+        ]
         for number, distance_m in bodies:
             if abs(distance_m) < SPACE_M:
                 first_s, _ = self._in_space.get(number, (time_s, time_s))
                 self._in_space[number] = first_s, time_s
 
     def _look_behind(self, x_m: float, y_m: float, snapshot: Snapshot) -> None:
-        """Note how hard the one behind the car, on the lane on which it is, brakes."""
-        behind = [one for one in snapshot.obstacles if one.x_m < x_m and abs(one.y_m - y_m) < 2.2]
-        for one in sorted(behind, key=lambda one: -one.x_m)[:1]:
-            braked_mps = self._speeds_mps.get(one.id, 0.0) - one.speed_mps
+        """Note how hard the vehicle behind the car, on the lane of the car, brakes."""
+        behind = [
+            obstacle
+            for obstacle in snapshot.obstacles
+            if obstacle.x_m < x_m and abs(obstacle.y_m - y_m) < 2.2
+        ]
+        if behind:
+            nearest = max(behind, key=lambda vehicle: vehicle.x_m)
+            braked_mps = self._speeds_mps.get(nearest.id, 0.0) - nearest.speed_mps
             self.result.pushed_mps2 = max(self.result.pushed_mps2, braked_mps / TICK_S)
-        self._speeds_mps = {one.id: one.speed_mps for one in snapshot.obstacles}
+        self._speeds_mps = {vehicle.id: vehicle.speed_mps for vehicle in snapshot.obstacles}
 
     def _taken(self) -> int:
-        own = self._in_space.pop(1, NEVER)
-        return sum(one[1] > own[0] and one[0] < own[1] + 1.0 for one in self._in_space.values())
+        enters_s, leaves_s = self._in_space.pop(1, NEVER)
+        return sum(
+            last_s > enters_s and first_s < leaves_s + 1.0
+            for first_s, last_s in self._in_space.values()
+        )
 
 
 def drive_scene(
     name: str,
     seed: int,
     chooses: Callable[[LaneScene], LaneProposal] = choose,
-    **more: Any,
+    **options: Any,
 ) -> Driven:
     """Drive one scene.
 
@@ -176,14 +189,14 @@ def drive_scene(
         name: name of the scene, a key of SCENES
         seed: of the road users
         chooses: what chooses the manoeuvre
-        more: how the driver decides, see BehaviourDriver
+        options: how the driver decides, see BehaviourDriver
     """
     mission_m = np.array([(0.0, 0.0), (END_M, 0.0)])
     actors = SCENES[name](np.random.default_rng(seed))
     traffic = ScriptedTraffic(actors, mission_m, seed, TICK_S)
     vehicle = Vehicle(load_vehicle(config_path("vehicles/tesla_model3.yaml")))
     world = Simulation(vehicle, TICK_S, 0.5, start=(START_M, 0.0, 0.0), traffic=traffic)
-    planner = BehaviourDriver(LaneRoad(crossing_road(), ROAD, LINES), chooses, **more)
+    planner = BehaviourDriver(LaneRoad(crossing_road(), ROAD, LINES), chooses, **options)
     referee = _Referee(world, planner)
     drive(world, LabCar(planner), referee)  # type: ignore[arg-type]
     return referee.result
@@ -191,14 +204,14 @@ def drive_scene(
 
 def main() -> None:
     """Print a line for each drive."""
-    names = [one for one in sys.argv[1:] if one in SCENES] or [*SCENES]
-    seeds = [int(one) for one in sys.argv[1:] if one.isdecimal()] or [1, 2, 3]
+    names = [word for word in sys.argv[1:] if word in SCENES] or [*SCENES]
+    seeds = [int(word) for word in sys.argv[1:] if word.isdecimal()] or [1, 2, 3]
     for name in names:
         for seed in seeds:
-            one = drive_scene(name, seed)
-            counted = f"{one.collisions} collisions, right of way taken {one.taken} times"
-            braked = f"others braked with {one.pushed_mps2:.1f} m/s2"
-            print(f"{name} {seed}: {counted}, mean {one.mean_mps:.1f} m/s, {braked}", flush=True)
+            result = drive_scene(name, seed)
+            counted = f"{result.collisions} collisions, right of way taken {result.taken} times"
+            braked = f"others braked with {result.pushed_mps2:.1f} m/s2"
+            print(f"{name} {seed}: {counted}, mean {result.mean_mps:.1f} m/s, {braked}", flush=True)
 
 
 if __name__ == "__main__":

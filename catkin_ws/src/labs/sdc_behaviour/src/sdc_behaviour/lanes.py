@@ -9,8 +9,9 @@ import numpy as np
 from sdc_common.driving import DetectedObstacle
 from sdc_map.network import Network
 
-# A road user farther from every lane is predicted straight ahead, and so is one that crosses it.
-_LANE_M, _ACROSS_RAD = 2.5, 1.0
+# A road user on no lane, or one that crosses its lane, is predicted straight ahead.
+_LANE_M = 2.5  # a road user within this distance of the middle of a lane is on it
+_ACROSS_RAD = 1.0  # a road user with a greater angle to its lane crosses it
 
 
 def place_ahead(network: Network, lane_id: str, s_m: float, distance_m: float) -> tuple[str, float]:

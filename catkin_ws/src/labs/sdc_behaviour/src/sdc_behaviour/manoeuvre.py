@@ -12,10 +12,9 @@ from sdc_behaviour.cost import LaneOutcome, cost
 from sdc_behaviour.gaps import OnLane, time_to_collision_s
 from sdc_behaviour.rss import Rss, following_mps2, safe_distance_m
 
-# A simulation looks so far ahead, in steps of so much time.
-HORIZON_S, STEP_S = 8.0, 0.5
-# The car is on both lanes for so long when it changes.
-CHANGE_S = 2.0
+HORIZON_S = 8.0  # a simulation looks this time ahead
+STEP_S = 0.5  # step of a simulation
+CHANGE_S = 2.0  # time for which a car that changes its lane is on both lanes
 
 
 @dataclass(frozen=True)
@@ -47,14 +46,14 @@ def gap_m(rear: OnLane, front: OnLane) -> float:
 
 def one_ahead(own: OnLane, others: Iterable[OnLane], lanes: set[int]) -> OnLane | None:
     """Return the nearest road user ahead on some lanes, None if there is none."""
-    ahead = [one for one in others if one.lane in lanes and one.s_m >= own.s_m]
-    return min(ahead, key=lambda one: one.s_m) if ahead else None
+    ahead = [user for user in others if user.lane in lanes and user.s_m >= own.s_m]
+    return min(ahead, key=lambda user: user.s_m) if ahead else None
 
 
 def one_behind(own: OnLane, others: Iterable[OnLane], lanes: set[int]) -> OnLane | None:
     """Return the nearest road user behind on some lanes, None if there is none."""
-    behind = [one for one in others if one.lane in lanes and one.s_m < own.s_m]
-    return max(behind, key=lambda one: one.s_m) if behind else None
+    behind = [user for user in others if user.lane in lanes and user.s_m < own.s_m]
+    return max(behind, key=lambda user: user.s_m) if behind else None
 
 
 def acceleration_mps2(scene: LaneScene, wanted_mps: float, lanes: set[int]) -> float:
@@ -78,16 +77,16 @@ def simulate(scene: LaneScene, proposal: LaneProposal) -> LaneOutcome:
     )
     collides, least_ttc_s, accelerations, start_m = False, math.inf, [], scene.own.s_m
     for step in range(round(HORIZON_S / STEP_S)):
-        both = step * STEP_S < CHANGE_S
-        lanes = {proposal.lane, scene.own.lane} if both else {proposal.lane}
+        is_changing = step * STEP_S < CHANGE_S
+        lanes = {proposal.lane, scene.own.lane} if is_changing else {proposal.lane}
         a = acceleration_mps2(scene, proposal.speed_mps, lanes)
         own = scene.own
         speed = max(own.speed_mps + a * STEP_S, 0.0)
         way_m = 0.5 * (own.speed_mps + speed) * STEP_S
         own = OnLane(own.s_m + way_m, speed, own.length_m, own.lane)
         others = tuple(
-            OnLane(one.s_m + one.speed_mps * STEP_S, one.speed_mps, one.length_m, one.lane)
-            for one in scene.others
+            OnLane(user.s_m + user.speed_mps * STEP_S, user.speed_mps, user.length_m, user.lane)
+            for user in scene.others
         )
         scene = replace(scene, own=own, others=others)
         accelerations.append(a)

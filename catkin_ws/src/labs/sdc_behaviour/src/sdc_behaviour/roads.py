@@ -18,10 +18,13 @@ import numpy as np
 from sdc_map.network import Network, RoadLane
 
 WIDTH_M = 3.5
-# The junction, which begins with the line at which one gives way, and the end of the road [m].
-LINE_M, BEHIND_M, END_M = 300.0, 314.0, 700.0
-SIDE_M, SIDE_FROM_M = LINE_M + 7.0, 250.0
-MAIN_MPS, SIDE_MPS = 14.0, 12.0
+LINE_M = 300.0  # the junction begins with the line at which the car gives way
+BEHIND_M = 314.0  # end of the junction
+END_M = 700.0  # end of the road
+SIDE_M = LINE_M + 7.0  # place of the middle of the side road
+SIDE_FROM_M = 250.0  # length of the side road on each side of the road
+MAIN_MPS = 14.0  # speed limit of the road
+SIDE_MPS = 12.0  # speed limit of the side road
 # The lanes to the east from right to left, each with its parts in order.
 ROAD = (("west_0", ":j_0_0", "east_0"), ("west_1", ":j_0_1", "east_1"))
 SIDE = ("north_0", ":j_2_0", "south_0")

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-# Distance at rest, and deceleration with which the car comes near a slower one.
-_REST_M, _COMFORTABLE_MPS2 = 2.0, 2.0
+_REST_M = 2.0  # gap to the vehicle ahead at rest
+_COMFORTABLE_MPS2 = 2.0  # deceleration with which the car approaches a slower vehicle
 
 
 @dataclass(frozen=True)

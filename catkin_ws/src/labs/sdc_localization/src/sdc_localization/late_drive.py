@@ -16,7 +16,10 @@ from sdc_localization.late_gnss import LateLocalizer, use_at_once
 from sdc_localization.localizer import Localizer, LocalizerSettings
 
 DELAY_S = 0.3
-_STEP_S, _TICKS, _GNSS_EVERY, _FIRST_TICK = 0.05, 1200, 4, 200
+_STEP_S = 0.05
+_TICKS = 1200  # length of the drive
+_GNSS_EVERY = 4  # ticks from one position to the next
+_FIRST_TICK = 200  # errors count from this tick on
 _BIAS_RADPS, _SCALE, _NOISE_M = 0.002, 0.005, 1.0
 SETTINGS = LocalizerSettings(
     rear_axle_m=0.0,
@@ -99,11 +102,11 @@ def after(localizer: Any, arrivals: dict, speed_mps: float = 10.0) -> tuple[list
 
 def ways(seed: int) -> dict[str, float]:
     """Return the errors of filters whose positions are in time, late, and late but in yours [m]."""
-    in_time, at_once, yours = Localizer(SETTINGS), Localizer(SETTINGS), LateLocalizer(SETTINGS)
+    in_time, at_once, late = Localizer(SETTINGS), Localizer(SETTINGS), LateLocalizer(SETTINGS)
     return {
         "in time": late_rms_m(partial(use_at_once, in_time), in_time, seed, 0.0),
         "late, used at once": late_rms_m(partial(use_at_once, at_once), at_once, seed),
-        "late, your filter": late_rms_m(yours.add_late_position, yours, seed),
+        "late, your filter": late_rms_m(late.add_late_position, late, seed),
     }
 
 

@@ -28,7 +28,7 @@ def scan_points(cloud: Any) -> np.ndarray:
     Raises:
         ValueError: it has no x and y at its beginning, or its size is wrong
     """
-    if [(one.name, one.offset, one.datatype) for one in cloud.fields[:2]] != [
+    if [(field.name, field.offset, field.datatype) for field in cloud.fields[:2]] != [
         ("x", 0, 7),
         ("y", 4, 7),
     ]:

@@ -18,11 +18,11 @@ from sdc_mpc.solver import solution
 from sdc_sim.physics.ackermann import AckermannTarget
 
 TICK_S = 0.05
-# A command acts so many ticks after the odometry that it answers.
-DELAY_TICKS = 2
-# The tyres slip: wheel angle beyond that of the bend, and direction of the motion beyond that of
-# the body, per lateral acceleration [rad/(m/s^2)]; distance from the rear axle to the centre [m].
-_UNDERSTEER, _REAR_COMPLIANCE, _REAR_M = 0.0009, 0.0062, 1.435
+DELAY_TICKS = 2  # a command acts this many ticks after the odometry that it answers
+# The tyres slip. Both values are per lateral acceleration [rad/(m/s^2)].
+_UNDERSTEER = 0.0009  # wheel angle beyond that of the bend
+_REAR_COMPLIANCE = 0.0062  # direction of the motion beyond that of the body
+_REAR_M = 1.435  # distance from the rear axle to the centre
 _LEAST = np.array([-0.6, -4.0])
 _MOST = np.array([0.6, 2.0])
 _CHANGE = np.array([0.1, 0.3])
@@ -97,7 +97,7 @@ class PredictiveDriver:
         """Return the inputs (n, 2) with the least cost, from a state at a place of the path."""
         tuning, ticks = self._tuning, self._tuning.ticks
         places = s_m + state[2] * TICK_S * np.arange(ticks + 1)
-        curvatures = np.array([self.line.curvature_at(one) for one in places[:-1].tolist()])
+        curvatures = np.array([self.line.curvature_at(place) for place in places[:-1].tolist()])
         references = np.zeros((ticks, 3))
         references[:, 2] = np.interp(places[1:], self.line.s, self._speeds_mps)
         bends = np.zeros((ticks, 2))

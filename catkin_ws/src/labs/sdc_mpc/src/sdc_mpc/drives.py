@@ -30,9 +30,14 @@ VARIANTS = {
     "lazy": Tuning(change_weights=(4000.0, 2.0)),
     "only-speed": Tuning(weights=(0.001, 0.001, 0.3)),
 }
-_LENGTH_M, _LEAST_RADIUS_M = 600.0, 25.0
-_FASTEST_MPS, _LATERAL_MPS2, _BRAKING_MPS2 = 20.0, 3.0, 2.5
-_FINISH_M, _LOST_M, _LONGEST_S = 30.0, 5.0, 120.0
+_LENGTH_M = 600.0  # length of the road
+_LEAST_RADIUS_M = 25.0  # radius of its tightest bend
+_FASTEST_MPS = 20.0
+_LATERAL_MPS2 = 3.0  # lateral acceleration of the planned speed in bends
+_BRAKING_MPS2 = 2.5
+_FINISH_M = 30.0  # distance of the finish to the end of the road
+_LOST_M = 5.0  # a car farther from the middle of the road has lost it
+_LONGEST_S = 120.0
 
 
 @dataclass
@@ -102,15 +107,15 @@ def drive_bends(seed: int, tuning: Tuning | None = None, limited: Callable = lim
 
 def main() -> None:
     """Print a line for each drive."""
-    names = [one for one in sys.argv[1:] if one in VARIANTS] or ["default"]
-    seeds = [int(one) for one in sys.argv[1:] if one.isdecimal()] or [1, 2, 3]
+    names = [word for word in sys.argv[1:] if word in VARIANTS] or ["default"]
+    seeds = [int(word) for word in sys.argv[1:] if word.isdecimal()] or [1, 2, 3]
     for name in names:
         for seed in seeds:
-            one = drive_bends(seed, VARIANTS[name])
-            errors = f"RMS {100 * one.rms_m:.1f} cm, worst {100 * one.worst_m:.1f} cm"
-            rate = np.sqrt(np.mean(np.diff(one.rows[:, 4]) ** 2)) / TICK_S
-            end = "arrived" if one.arrived else "lost the road"
-            line = f"{name} {seed}: {end}, {errors}, {one.mean_mps:.1f} m/s"
+            result = drive_bends(seed, VARIANTS[name])
+            errors = f"RMS {100 * result.rms_m:.1f} cm, worst {100 * result.worst_m:.1f} cm"
+            rate = np.sqrt(np.mean(np.diff(result.rows[:, 4]) ** 2)) / TICK_S
+            end = "arrived" if result.arrived else "lost the road"
+            line = f"{name} {seed}: {end}, {errors}, {result.mean_mps:.1f} m/s"
             print(f"{line}, steering {rate:.2f} rad/s", flush=True)
 
 

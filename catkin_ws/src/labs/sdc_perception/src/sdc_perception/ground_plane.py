@@ -61,8 +61,8 @@ class GroundPlane:
         step = directions @ self._to_picture[:, :2].T
         distances = distances_m.astype(np.float32)
         column, row, depth = (
-            one + distances * change
-            for one, change in zip(
+            origin + distances * change
+            for origin, change in zip(
                 start.T[..., None].astype(np.float32), step.T[..., None].astype(np.float32)
             )
         )

@@ -15,8 +15,10 @@ Pose = Tuple[float, float, float]  # x [m], y [m], yaw [rad]
 
 # Greatest distance between a sighting and its track, in standard deviations.
 _GATE = 4.0
-# Systematic errors of a distance, which more pictures do not reduce.
-_DISTANCE_SHARE, _SIDE_M, _AHEAD_M = 0.03, 0.1, 0.1
+# Systematic errors, which more pictures do not reduce.
+_DISTANCE_SHARE = 0.03  # of a distance, as a share of it
+_SIDE_M = 0.1
+_AHEAD_M = 0.1
 _BEARING_RAD = 0.003
 
 

@@ -13,8 +13,8 @@ import numpy as np
 VIEW_SHAPE = (40, 128)
 _PICTURE_SHAPE = (480, 640)
 _FIRST_ROW, _LAST_ROW = 240, 440
-# The driver looks at the place where the car is so much later, but no nearer than this.
-LOOK_AHEAD_S, SHORTEST_LOOK_AHEAD_M = 0.8, 4.0
+LOOK_AHEAD_S = 0.8  # the driver looks at the place where the car is after this time
+SHORTEST_LOOK_AHEAD_M = 4.0  # least distance of that place
 # The network answers what the driver did so much later: the steering moves with a delay.
 REACTION_S = 0.2
 # Distance of the rear axle behind the centre of the car.

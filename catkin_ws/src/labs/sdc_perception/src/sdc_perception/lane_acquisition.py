@@ -16,7 +16,9 @@ _ROW_STEP = 3
 _TRIALS = 8000
 _SCORED = 200
 _FEWEST_INLIERS = 25
-_MAX_OFFSET_M, _MAX_HEADING_RAD, _MAX_CURVATURE_1PM = 1.5, 0.4, 0.12
+_MAX_OFFSET_M = 1.5
+_MAX_HEADING_RAD = 0.4
+_MAX_CURVATURE_1PM = 0.12
 
 
 class LaneGuess(NamedTuple):
@@ -94,10 +96,10 @@ def acquire_lane(points_m: np.ndarray, lines_m: np.ndarray) -> LaneGuess | None:
     lane = best_lane(lanes, every, lines_m)
     for _ in range(3):
         near = are_inliers(lane[None], points_m, lines_m)[0]
-        at, number = np.nonzero(near)
-        if len(at) < _FEWEST_INLIERS:
+        rows, number = np.nonzero(near)
+        if len(rows) < _FEWEST_INLIERS:
             return None
-        x = points_m[at, 0]
+        x = points_m[rows, 0]
         design = np.column_stack([-np.ones_like(x), x, 0.5 * x * x])
-        lane = np.linalg.lstsq(design, points_m[at, 1] - lines_m[number], rcond=None)[0]
-    return LaneGuess(float(lane[0]), float(lane[1]), float(lane[2]), len(at))
+        lane = np.linalg.lstsq(design, points_m[rows, 1] - lines_m[number], rcond=None)[0]
+    return LaneGuess(float(lane[0]), float(lane[1]), float(lane[2]), len(rows))

@@ -30,8 +30,8 @@ from sdc_perception.overlay import draw_lane
 _LONGEST_STEP_M = 5.0
 _EARLIER_VIEWS, _VIEWS_APART_M = 2, 0.25
 _AROUND_PX, _EVEN = 61, 100.0
-# The lane is acquired with up to so many pictures, in which the car moves less than this.
-_STANDING_PICTURES, _STANDING_M = 8, 0.01
+_STANDING_PICTURES = 8  # the lane is acquired with up to this many pictures of a car at rest
+_STANDING_M = 0.01  # a car at rest moves less than this between two pictures
 _DIRECTION_KEYS = {"from_m", "to_m", "keep"}
 
 

@@ -34,8 +34,10 @@ _NARROWEST_GATE_M = 0.12
 # Profiles without a marking after which those ahead do not count, and after which they count only
 # where two lines are visible at once: a crossing interrupts the lines of a road.
 _SHORT_GAP, _LONG_GAP = 3, 10
-# A marking counts if a neighbour continues it: so many profiles away, and so far to a side.
-_NEIGHBOURS, _ASIDE_M, _ASIDE_M_PER_PROFILE = 3, 0.08, 0.12
+# A marking counts if a marking of a neighbouring profile continues it.
+_NEIGHBOURS = 3  # greatest distance of that profile, in profiles
+_ASIDE_M = 0.08  # greatest distance of that marking to a side
+_ASIDE_M_PER_PROFILE = 0.12  # increase of that distance for each profile between them
 # Neighbouring profiles cross the same piece of a line: their errors are not independent.
 _INDEPENDENT = 0.5
 _NEAR_M = 4.0
@@ -318,24 +320,24 @@ class LaneTracker:
         jacobian = curve.jacobian()[rows]
         deviation = self._deviation(jacobian)
         markings, inside = self._find(views, rows, deviation)
-        at, line = markings.row % len(rows), markings.row // len(rows)
+        row, line = markings.row % len(rows), markings.row // len(rows)
         supports = (
-            np.abs(markings.offset_m) < 3.0 * np.hypot(deviation[at], markings.deviation_m) + 0.1
+            np.abs(markings.offset_m) < 3.0 * np.hypot(deviation[row], markings.deviation_m) + 0.1
         )
         if self._keep is not None:
             side, edge = (1.0, 0) if self._keep == LEFT else (-1.0, 2)
             supports &= (side * markings.offset_m > -_KEPT_M) & (line != edge)
         else:
-            supports &= _in_a_line(at, line, markings.offset_m)
-        end = self._contiguous(np.bincount(at[supports], minlength=len(rows)))
+            supports &= _in_a_line(row, line, markings.offset_m)
+        end = self._contiguous(np.bincount(row[supports], minlength=len(rows)))
         self._end_s_m = float(curve.s_m[rows[end]]) if end >= 0 else s_m
         self._searched_beyond = bool(inside[::2].any(axis=0)[end + 1 : end + 5].any())
 
-        used = (at <= end) & supports
-        residual, sigma, at = markings.offset_m[used], markings.deviation_m[used], at[used]
-        scale = 2.0 * np.hypot(sigma, np.hypot(deviation[at], 0.04))
+        used = (row <= end) & supports
+        residual, sigma, row = markings.offset_m[used], markings.deviation_m[used], row[used]
+        scale = 2.0 * np.hypot(sigma, np.hypot(deviation[row], 0.04))
         weight = _INDEPENDENT * robust_weights(residual, sigma, scale)
-        change, covariance = correction(prior_inverse, jacobian[at], weight, residual, moved)
+        change, covariance = correction(prior_inverse, jacobian[row], weight, residual, moved)
         self.covariance = 0.5 * (covariance + covariance.T)
         self.curve = curve.moved(change)
         return change

@@ -46,7 +46,7 @@ def scans(seed: int, count: int = 8) -> list[Scan]:
 
 def empty_road(*bodies: tuple, pitch_rad: float = 0.0, rain: int = 0) -> np.ndarray:
     """Return a scan (N, 3) of bodies, (kind, x, y, yaw) each, on a road without scenery."""
-    table = [_body(*one) for one in bodies]
+    table = [_body(*body) for body in bodies]
     points = _points(_lidar(NO_SCENERY), (0.0, 0.0, 0.0), table, 1)
     return _weathered(points, pitch_rad, rain, np.random.default_rng(1))
 
@@ -83,12 +83,12 @@ def _random_scan(road: Road, lidar: Any, random: np.random.Generator, tick: int)
     for kind in (CAR, CAR, CAR, PEDESTRIAN, PEDESTRIAN, PEDESTRIAN):
         left = random.choice((0.0, 3.5)) if kind == CAR else random.uniform(-3.0, 6.5)
         x, y, yaw = place(road, s_m + random.uniform(6.0, 20.0), left + random.normal(0.0, 0.2))
-        apart = (math.dist((x, y), (one.x_m, one.y_m)) for one in bodies)
+        apart = (math.dist((x, y), (body.x_m, body.y_m)) for body in bodies)
         if min(apart, default=9.0) > (5.5 if kind == CAR else 3.8):
             bodies.append(_body(kind, x, y, yaw + random.normal(0.0, 0.15)))
     points = _points(lidar, pose, bodies, tick)
-    seen = [_in_frame(one, *pose) for one in bodies]
-    visible = [one for one in seen if np.sum(_inside(one, points, 0.1)) >= _VISIBLE]
+    seen = [_in_frame(body, *pose) for body in bodies]
+    visible = [body for body in seen if np.sum(_inside(body, points, 0.1)) >= _VISIBLE]
     pitch_rad = math.radians(random.uniform(-2.0, 2.0))
     return Scan(_weathered(points, pitch_rad, 15, random), visible)
 
@@ -122,13 +122,13 @@ def score(find: Callable[[np.ndarray], list], examples: list[Scan]) -> Score:
     """Return how well a function finds the bodies of some scans."""
     total = np.zeros(4, int)
     for points, bodies in examples:
-        clusters = [one for one in find(points.copy()) if one.label != OTHER]
-        at = np.array([[one.x_m, one.y_m, 0.0] for one in clusters]).reshape(-1, 3)
-        labels = np.array([one.label for one in clusters], str)
-        hits = [_inside(body, at, _NEAR_M) & (labels == body.kind) for body in bodies]
-        right = np.any(hits, axis=0) if hits else np.zeros(len(at), bool)
-        near = np.hypot(at[:, 0], at[:, 1]) < _FAR_M
-        found = sum(bool(one.any()) for one in hits)
+        clusters = [cluster for cluster in find(points.copy()) if cluster.label != OTHER]
+        places = np.array([[cluster.x_m, cluster.y_m, 0.0] for cluster in clusters]).reshape(-1, 3)
+        labels = np.array([cluster.label for cluster in clusters], str)
+        hits = [_inside(body, places, _NEAR_M) & (labels == body.kind) for body in bodies]
+        right = np.any(hits, axis=0) if hits else np.zeros(len(places), bool)
+        near = np.hypot(places[:, 0], places[:, 1]) < _FAR_M
+        found = sum(bool(hit.any()) for hit in hits)
         total += (found, len(bodies), int(np.sum(right | near)), int(right.sum()))
     return Score(total[0] / max(total[1], 1), total[3] / max(total[2], 1))
 

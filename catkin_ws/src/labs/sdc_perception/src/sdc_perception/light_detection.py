@@ -19,8 +19,10 @@ RED, YELLOW, GREEN = 0, 1, 2
 NAMES = ("red", "yellow", "green")
 # Area of a regular octagon, which a round lamp is in the picture, by the square of its radius.
 _OCTAGON = 2.0 * math.sqrt(2.0)
-# Smooth edges make lamp, housing and pole larger in the picture by so much at each edge [px].
-_LAMP_PX, _HOUSING_PX, _POLE_PX = 0.7, 1.0, 1.0
+# Smooth edges make a body larger in the picture, by this much at each edge.
+_LAMP_PX = 0.7
+_HOUSING_PX = 1.0
+_POLE_PX = 1.0
 # Sizes that are tried, as a share of the size that the lamp gives.
 _SIZES = np.geomspace(0.5, 1.8, 65)
 _LAMP_EDGE_PX, _FOOT_DEVIATION = 0.4, 0.04
@@ -198,7 +200,7 @@ class LightFinder:
             weight = deviation**2 / (deviation**2 + foot_deviation**2)
             return depth + weight * (foot_depth - depth), deviation * math.sqrt(1.0 - weight)
         lamp_depth = self._focal_px / lamp_scale
-        depth = min(depth, foot_depth, key=lambda one: abs(math.log(one / lamp_depth)))
+        depth = min(depth, foot_depth, key=lambda estimate: abs(math.log(estimate / lamp_depth)))
         return depth, _ALONE * depth
 
     def _others_are_dark(
@@ -321,8 +323,11 @@ class _LampDisc(NamedTuple):
         return cls(u, v, area, peak, float(part.max()))
 
 
-def _rise(line: np.ndarray, at: np.ndarray, way: int) -> np.ndarray:
+def _rise(line: np.ndarray, edge: np.ndarray, way: int) -> np.ndarray:
     """Return by how much a line of pixels gets brighter in one direction at some places."""
     index = np.arange(len(line))
-    outside, inside = np.interp(at + 0.7 * way, index, line), np.interp(at - 0.7 * way, index, line)
+    outside, inside = (
+        np.interp(edge + 0.7 * way, index, line),
+        np.interp(edge - 0.7 * way, index, line),
+    )
     return np.clip(outside - inside, 0.0, None)

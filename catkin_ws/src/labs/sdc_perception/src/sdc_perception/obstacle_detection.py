@@ -26,10 +26,13 @@ _STEP = 0.12
 _WHEEL = 0.36
 # Least width of a body next to a nearer one, as a share of the width of its kind.
 _ARM = 0.4
-# Two parts of one body: greatest gap, ratio of the distances, and width as a share of its diagonal.
-_POLE_M, _SAME_DISTANCE, _LONGEST = 1.0, 1.12, 1.1
-# What a body covers beyond its coloured part, as a share of its width and height: wheels, shadow.
-_COVERED_ASIDE, _COVERED_BELOW = 0.08, 0.35
+# Limits for two parts of one body.
+_POLE_M = 1.0  # greatest gap
+_SAME_DISTANCE = 1.12  # greatest ratio of the distances
+_LONGEST = 1.1  # greatest width of both as a share of the diagonal of the body
+# Wheels and shadow, which a body covers beyond its coloured part.
+_COVERED_ASIDE = 0.08  # share of its width
+_COVERED_BELOW = 0.35  # share of its height
 
 
 @dataclass(frozen=True)
@@ -115,8 +118,8 @@ class BodyFinder:
             mask = colour_mask(hsv, kind.hue, (kind.saturation, 4))
             found: list[SeenBody] = []
             for left, top, part in _parts(mask):
-                for at, piece, hidden in _pieces(part, first + top - self._horizon):
-                    place = left + at, first + top
+                for column, piece, hidden in _pieces(part, first + top - self._horizon):
+                    place = left + column, first + top
                     body = self._body(name, piece, place, image.shape[1], hidden)
                     if body is not None:
                         found.append(body)
@@ -170,31 +173,31 @@ class BodyFinder:
     def _joined(self, bodies: list[SeenBody]) -> list[SeenBody]:
         """Return bodies of one kind; two parts of one behind a pole or a trunk are joined."""
         joined: list[SeenBody] = []
-        for body in sorted(bodies, key=lambda one: one.box[0]):
-            both = self._both(joined[-1], body) if joined else None
-            if both is None:
+        for body in sorted(bodies, key=lambda body: body.box[0]):
+            joint = self._both(joined[-1], body) if joined else None
+            if joint is None:
                 joined.append(body)
             else:
-                joined[-1] = both
+                joined[-1] = joint
         return joined
 
-    def _both(self, one: SeenBody, other: SeenBody) -> SeenBody | None:
+    def _both(self, first: SeenBody, second: SeenBody) -> SeenBody | None:
         """Return the body of which two are the left and the right part, None if they are two."""
-        near, far = (one, other) if one.x_m <= other.x_m else (other, one)
+        near, far = (first, second) if first.x_m <= second.x_m else (second, first)
         scale = self._focal_px / (near.x_m - self._mount.x_m)
-        left, right = one.box[0], other.box[2]
-        gap_m, width_m = (other.box[0] - one.box[2]) / scale, (right - left) / scale
+        left, right = first.box[0], second.box[2]
+        gap_m, width_m = (second.box[0] - first.box[2]) / scale, (right - left) / scale
         if (
             not 0.0 < gap_m < _POLE_M
             or far.x_m > _SAME_DISTANCE * near.x_m
-            or width_m > _LONGEST * math.hypot(*self._kinds[one.kind].size_m)
+            or width_m > _LONGEST * math.hypot(*self._kinds[first.kind].size_m)
         ):
             return None
-        top, bottom = min(one.box[1], other.box[1]), max(one.box[3], other.box[3])
+        top, bottom = min(first.box[1], second.box[1]), max(first.box[3], second.box[3])
         return near._replace(
             y_m=(self._centre_u - 0.5 * (left + right)) / scale,
             width_m=width_m,
-            depth_m=self._depth_m(one.kind, width_m),
+            depth_m=self._depth_m(first.kind, width_m),
             box=(left, top, right, bottom),
         )
 

@@ -49,8 +49,8 @@ def draw_lane(
         f"offset {lane.offset_m:+.2f} m  heading {math.degrees(lane.heading_error_rad):+.1f} deg  "
         f"curvature {lane.curvature_1pm:+.3f} 1/m"
     )
-    more = f"confidence {lane.confidence:.2f}  visible {lane.visible_m:.0f} m"
-    for row, line_text in enumerate((text, more)):
+    state = f"confidence {lane.confidence:.2f}  visible {lane.visible_m:.0f} m"
+    for row, line_text in enumerate((text, state)):
         write(picture, line_text, (12, 26 + 24 * row), 0.55)
     return picture
 
@@ -107,5 +107,5 @@ def _box(
     low = (math.floor(left) - 2, math.floor(top) - 2)
     high = (math.ceil(right) + 2, math.ceil(bottom) + 2)
     cv2.rectangle(picture, low, high, colour, 1)
-    at = (low[0], low[1] - 5 if above else high[1] + 14)
-    write(picture, text, at, 0.45, colour)
+    corner = (low[0], low[1] - 5 if above else high[1] + 14)
+    write(picture, text, corner, 0.45, colour)

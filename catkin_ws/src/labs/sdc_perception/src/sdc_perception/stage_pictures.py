@@ -14,7 +14,10 @@ from sdc_perception.lane_detection import LaneDetector
 from sdc_perception.overlay import LINES_BGR, draw_dot, write
 
 _GRID_BGR, _POINT_BGR = (0, 255, 255), (255, 0, 255)
-_NEAREST_M, _FARTHEST_M, _LABELLED_M, _SIDE_M = 3.0, 40.0, 15.0, 6.0
+_NEAREST_M = 3.0  # the grid begins here, ahead of the car
+_FARTHEST_M = 40.0  # the grid ends here
+_LABELLED_M = 15.0  # nearer lines have a label
+_SIDE_M = 6.0  # width of the grid to each side
 _BELOW = 12, 466  # where a text begins, near the lower edge [px]
 
 
@@ -27,8 +30,8 @@ def draw_ground(picture: np.ndarray, detector: LaneDetector, pose: Pose) -> None
         _draw_line(picture, detector.ground, np.array([(x, -_SIDE_M), (x, _SIDE_M)]))
         pixel = detector.ground.pixels(np.array([x, -_SIDE_M]))
         if x <= _LABELLED_M and np.all(np.abs(pixel) < 1e4):
-            at = int(pixel[0]) + 4, int(pixel[1]) + 4
-            cv2.putText(picture, f"{x:.0f} m", at, cv2.FONT_HERSHEY_SIMPLEX, 0.45, _GRID_BGR, 1)
+            corner = int(pixel[0]) + 4, int(pixel[1]) + 4
+            cv2.putText(picture, f"{x:.0f} m", corner, cv2.FONT_HERSHEY_SIMPLEX, 0.45, _GRID_BGR, 1)
 
 
 def draw_markings(picture: np.ndarray, detector: LaneDetector, pose: Pose) -> None:

@@ -14,15 +14,17 @@ from sdc_behaviour.drives import drive_scene
 from sdc_behaviour.rss import Rss, safe_distance_m
 
 SEEDS = range(100, 112)
-SPEED_MPS, CAR_M, CARS = 14.0, 4.7, 10
+SPEED_MPS = 14.0
+CAR_M = 4.7  # length of a car
+CARS = 10
 _STEP_S = 0.01
 
 
 def polite(share: float) -> tuple[float, float]:
     """Return mean speed, and greatest braking of one behind, with a share of the safe distance."""
     drives = [drive_scene("lorry", seed, politeness=share) for seed in SEEDS]
-    speeds = [one.mean_mps for one in drives]
-    return float(np.mean(speeds)), max(one.pushed_mps2 for one in drives)
+    speeds = [drive.mean_mps for drive in drives]
+    return float(np.mean(speeds)), max(drive.pushed_mps2 for drive in drives)
 
 
 def crashes(late_s: float, rss: Rss) -> int:

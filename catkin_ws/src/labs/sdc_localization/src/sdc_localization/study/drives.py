@@ -80,7 +80,7 @@ def drive_localized(
     left_m, turned_rad = np.random.default_rng(seed).normal(0.0, deviations).tolist()
     start = {"left_m": left_m, "turned_rad": turned_rad}
     sim_options = {"seed": seed, "start": start, "gnss": dict(gnss or {})}
-    given = {
+    arguments = {
         "localization": "true",
         "landmarks": str(landmarks).lower(),
         "camera": "false",
@@ -89,7 +89,7 @@ def drive_localized(
     }
     parameters = {"record": {"topics": list(_TOPICS)}, "localizer": dict(options or {})}
     received: dict[str, dict[int, Any]] = {topic: {} for topic in _TOPICS}
-    with isolated_drive("", given, parameters, route_m) as (drive, _):
+    with isolated_drive("", arguments, parameters, route_m) as (drive, _):
         with rosbag.Bag(os.path.splitext(drive.report_path)[0] + ".bag") as bag:
             for topic, message, _ in bag.read_messages():
                 received[topic][message.header.stamp.to_nsec()] = message

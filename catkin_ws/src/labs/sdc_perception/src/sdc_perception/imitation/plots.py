@@ -24,8 +24,10 @@ from sdc_sim.camera.renderer import Renderer  # noqa: E402
 from sdc_sim.road.random_routes import long_route  # noqa: E402
 from sdc_sim.road.road import Road  # noqa: E402
 
-SEED, ROUTE_M = 2, 300.0
-START_LEFT_M, START_TURNED_RAD = 1.0, 0.15
+SEED = 2
+ROUTE_M = 300.0
+START_LEFT_M = 1.0
+START_TURNED_RAD = 0.15
 GREEN, RED, GREY = "#3a8a4d", "#c2402f", "#999999"
 _OFFSETS_M = np.linspace(-1.2, 1.2, 13)
 # Places of the route at which the answers are averaged, in rows of 0.05 s.

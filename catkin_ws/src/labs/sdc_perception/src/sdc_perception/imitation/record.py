@@ -30,8 +30,9 @@ PICTURES_PER_S = 5
 _TICKS_PER_PICTURE = 20 // PICTURES_PER_S
 # A car at rest needs no steering, and a network that learns to stand never starts.
 LEAST_SPEED_MPS = 2.0
-# How far off the line the additional pictures are.
-LARGEST_OFFSET_M, LARGEST_TURN_RAD = 1.0, 0.2
+# Limits of the distance and the angle to the line of the additional pictures.
+LARGEST_OFFSET_M = 1.0
+LARGEST_TURN_RAD = 0.2
 
 
 def expert_line(route_m: np.ndarray) -> DrivenLine:

@@ -55,7 +55,7 @@ def drive_nodes(
     route_m: np.ndarray | None = None,
     sim_options: Mapping[str, Any] = _NO_OPTIONS,
     frames: str = "",
-    **given: str,
+    **arguments: str,
 ) -> NodesDrive:
     """Drive in lockstep under a ROS master of its own.
 
@@ -64,7 +64,7 @@ def drive_nodes(
         route_m: (N, 2) waypoints [m], None for the route of the scenario or the town
         sim_options: parameters that replace those of config/sim.yaml
         frames: beginning of the names of pictures of the lane; "" for none
-        given: other arguments of ./drive
+        arguments: other arguments of ./drive
     """
     # On a busy machine an answer may take long; no tick is driven without one.
     sim_options = {
@@ -73,13 +73,13 @@ def drive_nodes(
         "start_patience_s": 120.0,
         **sim_options,
     }
-    given = {**given, "sim_options": options_text(sim_options)}
+    arguments = {**arguments, "sim_options": options_text(sim_options)}
     pictures = [_OVERLAY] if frames else []
     topics = {"record": {"topics": [_LANE, *pictures, _ODOMETRY]}}
-    with isolated_drive(scenario, given, topics, route_m) as (drive, problems):
+    with isolated_drive(scenario, arguments, topics, route_m) as (drive, problems):
         base = os.path.splitext(drive.report_path)[0]
         trace = np.genfromtxt(f"{base}.csv", delimiter=",", names=True, usecols=range(8))
-        errors_m = _offset_errors(f"{base}.bag", trace, frames) if "record" in given else []
+        errors_m = _offset_errors(f"{base}.bag", trace, frames) if "record" in arguments else []
         metrics = read_report(drive.report_path)[0]
         return NodesDrive(metrics, trace, problems[:-1], np.array(errors_m))
 
@@ -123,11 +123,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("names", nargs="*", default=[TOWN], help=f"seeds, {TOWN}, or scenarios")
     parser.add_argument("--weather", choices=[*WEATHERS, "all"], default="day")
     parser.add_argument("--frames", default="", help="folder for the pictures of the lane")
-    given = parser.parse_args(arguments)
-    weathers = list(WEATHERS) if given.weather == "all" else [given.weather]
+    options = parser.parse_args(arguments)
+    weathers = list(WEATHERS) if options.weather == "all" else [options.weather]
     failed = False
-    for name, weather in itertools.product(given.names, weathers):
-        metrics, _, problems, errors_m = drive(name, weather, given.frames)
+    for name, weather in itertools.product(options.names, weathers):
+        metrics, _, problems, errors_m = drive(name, weather, options.frames)
         off_m = np.percentile(np.abs(errors_m), 95) if len(errors_m) else np.nan
         print(
             f"{name:20s} {weather:8s} {metrics['status']:9s} {metrics['duration_s']:6.1f} s, "

@@ -26,7 +26,8 @@ from sdc_perception.study.scenes import FRAMES_A_ROUTE, Scene, SceneMaker, TrueO
 from sdc_sim.camera.camera_model import CameraModel
 
 FIRST_SEED = 3001
-LIGHT_RANGE_M, BODY_RANGE_M = 40.0, 30.0
+LIGHT_RANGE_M = 40.0  # lights farther away do not count
+BODY_RANGE_M = 30.0  # bodies farther away do not count
 _MOUNT_X_M = CameraModel().mount_x_m
 # Columns by which a detection and the truth may differ [px].
 _NEAR_PX = 4.0
@@ -66,7 +67,7 @@ class FrameScore:
     def __add__(self, other: FrameScore) -> FrameScore:
         """Return the score of the pictures of both."""
         return FrameScore(
-            *(getattr(self, one.name) + getattr(other, one.name) for one in fields(self))
+            *(getattr(self, field.name) + getattr(other, field.name) for field in fields(self))
         )
 
     def row(self, name: str) -> str:
@@ -98,9 +99,9 @@ def _light_errors(scene: Scene, found: list[SeenLight]) -> tuple[list[float], in
     """Return the error of each light in range, and the number of false ones."""
     errors, free = [], list(found)
     for light in scene.visible(lights=True):
-        near = [one for one in free if _inside(light.pixel, one.box)]
-        for one in near:
-            free.remove(one)
+        near = [detection for detection in free if _inside(light.pixel, detection.box)]
+        for detection in near:
+            free.remove(detection)
         if light.depth_m <= LIGHT_RANGE_M:
             right = len(near) == 1 and near[0].state == light.state
             errors.append(_error(near[0], light) if right else math.nan)
@@ -110,9 +111,15 @@ def _light_errors(scene: Scene, found: list[SeenLight]) -> tuple[list[float], in
 def _body_errors(scene: Scene, found: list[SeenBody]) -> tuple[list[float], int]:
     """Return the error of each body in range, and the number of false ones."""
     errors, free = [], list(found)
-    for body in sorted(scene.visible(lights=False), key=lambda one: one.depth_m):
-        near = [one for one in free if one.kind == body.kind and _is_at(one, body)]
-        best = min(near, key=lambda one: abs(one.x_m - _MOUNT_X_M - body.depth_m), default=None)
+    for body in sorted(scene.visible(lights=False), key=lambda body: body.depth_m):
+        near = [
+            detection
+            for detection in free
+            if detection.kind == body.kind and _is_at(detection, body)
+        ]
+        best = min(
+            near, key=lambda detection: abs(detection.x_m - _MOUNT_X_M - body.depth_m), default=None
+        )
         if best is not None:
             free.remove(best)
         if body.depth_m <= BODY_RANGE_M:
@@ -138,9 +145,10 @@ def _is_at(found: SeenLight | SeenBody, true: TrueObject) -> bool:
 
 def _false_ones(free: Sequence[SeenLight | SeenBody], range_m: float, scene: Scene) -> int:
     """Return how many detections within a range are none of the scene's hidden objects."""
-    hidden = [one for one in scene.objects if not one.visible]
+    hidden = [body for body in scene.objects if not body.visible]
     return sum(
-        one.x_m < range_m and not any(_is_at(one, other) for other in hidden) for one in free
+        detection.x_m < range_m and not any(_is_at(detection, body) for body in hidden)
+        for detection in free
     )
 
 
@@ -168,12 +176,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="measure the detectors of lights and obstacles")
     parser.add_argument("--frames", type=int, default=1000, help="pictures in each weather")
     parser.add_argument("--weather", nargs="+", choices=list(WEATHERS), default=["day", "dusk"])
-    given = parser.parse_args()
+    options = parser.parse_args()
     cv2.setNumThreads(1)
     print(HEAD)
-    routes, scores = math.ceil(given.frames / FRAMES_A_ROUTE), []
-    for number, weather in enumerate(given.weather):
-        scores.append(measure(weather, given.frames, FIRST_SEED + number * routes))
+    routes, scores = math.ceil(options.frames / FRAMES_A_ROUTE), []
+    for number, weather in enumerate(options.weather):
+        scores.append(measure(weather, options.frames, FIRST_SEED + number * routes))
         print(scores[-1].row(weather), flush=True)
     if len(scores) > 1:
         print(sum(scores, FrameScore()).row("all"))

@@ -31,8 +31,10 @@ _CROSSING_M = 15.0
 # Least visible share of a lamp and of a body.
 _VISIBLE = 0.6
 _KINDS = ("car", "car", "pedestrian", "pedestrian", "obstacle")
-# A lamp's centre below the top, and ahead of the pole, as in sdc_sim.camera.meshes.
-_LAMP_BELOW_M, _LAMP_SPACING_M, _LAMP_AHEAD_M = 0.2, 0.32, 0.145
+# The lamps of a traffic light, as in sdc_sim.camera.meshes.
+_LAMP_BELOW_M = 0.2  # centre of the highest lamp below the top
+_LAMP_SPACING_M = 0.32
+_LAMP_AHEAD_M = 0.145  # centre of a lamp ahead of the pole
 NO_SCENERY = Scenery(
     np.zeros(0, int), np.zeros((0, 2)), np.zeros(0), np.zeros((0, 3)), np.zeros(0, int)
 )
@@ -58,7 +60,7 @@ class Scene(NamedTuple):
 
     def visible(self, lights: bool) -> list[TrueObject]:
         """Return the visible lights, or the visible bodies."""
-        return [one for one in self.objects if one.visible and (one.kind == LIGHT) == lights]
+        return [body for body in self.objects if body.visible and (body.kind == LIGHT) == lights]
 
 
 class SceneMaker:
@@ -93,17 +95,19 @@ class SceneMaker:
         lights, ahead_m = [], 0.0
         for _ in range(random.choice(3, p=(0.3, 0.5, 0.2))):
             ahead_m = random.uniform(ahead_m + 2.0, ahead_m + 45.0)
-            at = place(road, s_m + ahead_m, 0.0)
+            body_place = place(road, s_m + ahead_m, 0.0)
             ahead_m += _CROSSING_M
             phases = ((COLOURS[random.randint(3)], 1.0),)
-            lights.append(light_states([TrafficLightPlan(*at, phases)], 0.0)[0])
+            lights.append(light_states([TrafficLightPlan(*body_place, phases)], 0.0)[0])
         bodies: list[ObstacleState] = []
         for _ in range(random.randint(4)):
             kind = _KINDS[random.randint(len(_KINDS))]
             left = random.choice((0.0, 3.5)) if kind == "car" else random.uniform(-4.0, 7.0)
-            at = place(road, s_m + random.uniform(6.0, 45.0), left + random.normal(0.0, 0.3))
+            body_place = place(
+                road, s_m + random.uniform(6.0, 45.0), left + random.normal(0.0, 0.3)
+            )
             turn = random.choice((0.0, math.pi, random.uniform(-math.pi, math.pi)))
-            plan = ObstaclePlan.stationary(kind, at[0], at[1], at[2] + turn)
+            plan = ObstaclePlan.stationary(kind, body_place[0], body_place[1], body_place[2] + turn)
             body = SimulatedObstacle(1, plan).body
             if all(math.dist((body.x_m, body.y_m), (o.x_m, o.y_m)) > 4.0 for o in bodies):
                 bodies.append(body)
@@ -124,7 +128,7 @@ class SceneMaker:
             pictures = picture, without, _drawn(alone, ground, view, [boxes[number]]), ground
             seen.append(self._body_seen(boxes[number], view, pictures))
         dim(picture, self._light)
-        return Scene(picture, [one for one in seen if one is not None])
+        return Scene(picture, [body for body in seen if body is not None])
 
     def _light_seen(
         self, light: Any, view: tuple[float, float, float], share: float
@@ -164,7 +168,7 @@ class SceneMaker:
         if right < 0.0 or left > width - 1:
             return None
         low, high = max(0, math.floor(left)), min(width, math.ceil(right) + 1)
-        shown, without, alone, nothing = (one[:, low:high] for one in pictures)
+        shown, without, alone, nothing = (picture[:, low:high] for picture in pictures)
         pixels = [_difference(*pair) > 0 for pair in ((shown, without), (alone, nothing))]
         share = pixels[0].sum() / max(pixels[1].sum(), 1)
         visible = bool(share >= _VISIBLE and left >= 0.0 and right <= width - 1)
@@ -194,6 +198,6 @@ def _drawn(
     return picture
 
 
-def _difference(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _difference(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Return by how much the pixels (H, W) of two pictures differ in all colours together."""
-    return cv2.absdiff(one, other)[..., :3].sum(axis=2, dtype=int)
+    return cv2.absdiff(first, second)[..., :3].sum(axis=2, dtype=int)
