@@ -138,14 +138,16 @@ def test_light_without_a_crossing_is_named(tmp_path):
 
 @pytest.mark.parametrize(
     ("limit", "limit_mps"),
-    [("30", 8.33), ("30 km/h", 8.33), ("none", 36.11), ("walk", 2.78), ("signals", None)],
+    [("30", 8.33), ("30 km/h", 8.33), ("DE:zone30", 8.33), ("FR:50", 13.89)]
+    + [("none", 36.11), ("walk", 2.78), ("signals", None), ("0", None)],
 )
 def test_words_of_limits_are_read(tmp_path, limit, limit_mps):
-    ways = {100: ([1, 5], {"highway": "primary", "maxspeed": limit})}
+    tags = {"highway": "primary", "maxspeed": limit, "access": "no", "motorcar": "yes"}
+    ways = {100: ([1, 5], tags)}
     network = load_network(write(tmp_path, osm(ways=ways), "a.osm"))
     found = [round(lane.speed_limit_mps, 2) for lane in network.driving]
     assert found == [limit_mps or 13.89] * len(found)
-    named = [] if limit_mps else ["limits of the kind signals, not read (1, the first: way 100)"]
+    named = [] if limit_mps else [f"limits of the kind {limit}, not read (1, the first: way 100)"]
     assert [*network.findings.lines()] == named
 
 
@@ -164,10 +166,18 @@ def test_file_without_streets_is_one_line(tmp_path, ways, words):
     assert str(error.value).startswith(path) and "\n" not in str(error.value)
 
 
-def test_number_of_lanes_that_is_none_is_named(tmp_path):
-    ways = {100: ([1, 5], {"highway": "primary", "maxspeed": "50", "lanes": "9999"})}
+@pytest.mark.parametrize(
+    ("tags", "lanes", "named"),
+    [
+        ({"lanes": "9999"}, 2, "lanes=9999, not read"),
+        ({"lanes": "3", "lanes:both_ways": "1"}, 2, "ways with lanes:both_ways, not for cars"),
+    ],
+)
+def test_lanes_that_are_none_for_cars_are_named(tmp_path, tags, lanes, named):
+    ways = {100: ([1, 5], {"highway": "primary", "maxspeed": "50", **tags})}
     network = load_network(write(tmp_path, osm(ways=ways), "a.osm"))
-    assert [*network.findings.lines()] == ["lanes=9999, not read (1, the first: way 100)"]
+    assert len(network.driving) == lanes
+    assert [*network.findings.lines()] == [f"{named} (1, the first: way 100)"]
 
 
 def test_streets_on_two_continents_are_one_line(tmp_path):

@@ -32,7 +32,9 @@ _DRIVEWAYS = ("driveway", "drive-through", "emergency_access")
 # Limits that netconvert reads, and those of zones [km/h] by the last part of values like DE:urban.
 _LIMITS = ("maxspeed", "maxspeed:forward", "maxspeed:backward")
 _LANES = ("lanes", "lanes:forward", "lanes:backward")
-_NUMBER = re.compile(r"\d+(\.\d+)?( ?(mph|km/h))?")
+_NUMBER = re.compile(r"(?=.*[1-9])\d+(\.\d+)?( ?(mph|km/h))?")
+# A limit with its country, such as DE:zone30 and FR:50.
+_OF_COUNTRY = re.compile(r"[A-Z]{2}:(zone:?)?(?=\d)")
 _ZONES = {"urban": 50, "rural": 100, "motorway": 130, "none": 130, "living_street": 10, "walk": 10}
 # Keys by whose values ways, and nodes of streets, are named where the map does not have them.
 _WAY_KEYS = ("highway", "railway", "aeroway")
@@ -193,6 +195,8 @@ def _of_way(tags: dict[str, str], side: str) -> Iterator[str]:
         f"limits of the kind {value}, not read" for value in limits if _limit(value) is None
     )
     yield from (f"{key}={tags[key]}, not read" for key in tags if _is_wrong(key, tags[key]))
+    if "lanes:both_ways" in tags:
+        yield "ways with lanes:both_ways, not for cars"
     if tags.get("driving_side", side) != side:
         yield f"ways with driving_side={tags['driving_side']}, not read"
     for key in ("bridge", "tunnel"):
@@ -208,6 +212,7 @@ def _is_wrong(key: str, value: str) -> bool:
 
 def _limit(value: str) -> str | None:
     """Return a limit in the form that netconvert reads, None if it has none."""
+    value = _OF_COUNTRY.sub("", value)
     zone = _ZONES.get(value.rpartition(":")[2])
     return value if _NUMBER.fullmatch(value) else str(zone) if zone else None
 
@@ -220,7 +225,9 @@ def _written(
     nodes = (ElementTree.Element("nd", ref=name) for name in _refs(way) if name in places)
     written.extend(nodes)
     for key, value in (mirrored_tags(tags) if is_left else tags).items():
+        if key == "lanes" and "lanes:both_ways" in tags and value.isdigit():
+            value = str(int(value) - 1)
         limit = _limit(value) if key in _LIMITS else value
-        if limit is not None and not _is_wrong(key, value):
+        if limit is not None and not (key in _ACCESS or _is_wrong(key, value)):
             ElementTree.SubElement(written, "tag", k=key, v=limit)
     return written
