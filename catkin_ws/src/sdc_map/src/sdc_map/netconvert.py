@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import gzip
 import os
 import re
@@ -113,7 +114,7 @@ def _parsed(path: str, tag: str) -> ElementTree.Element:
         if len(content) > MOST_BYTES:
             most_mb = MOST_BYTES // 1_000_000
             raise MapError(f"{path}: has more than {most_mb} MB; read a smaller area")
-        root = ElementTree.fromstring(content)
+        root = ElementTree.fromstring(_decoded(content))
     except MapError:
         raise
     except (ElementTree.ParseError, EOFError, LookupError, ValueError, zlib.error) as error:
@@ -127,6 +128,14 @@ def _parsed(path: str, tag: str) -> ElementTree.Element:
             fix = f"name it with the ending {_ENDINGS[root.tag][0]}"
         raise MapError(f"{path}: its first element is {root.tag}, not {tag}; {fix}")
     return root
+
+
+def _decoded(content: bytes) -> str | bytes:
+    """Return the text of a file in UTF-16, or of one in UTF-8 that declares UTF-16."""
+    if content[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+        return content.decode("utf-16")
+    declared = re.match(rb"(\xef\xbb\xbf)?<\?xml[^>]*utf-16", content, re.IGNORECASE)
+    return content.decode("utf-8-sig") if declared else content
 
 
 def _moved(path: str, root: ElementTree.Element, findings: Findings) -> tuple[str, bool]:
