@@ -100,7 +100,7 @@ def test_cars_drive_on_the_left_lane_along_roads_that_follow_one_another(tmp_pat
         ('<laneLink from="1" to="-2"/>', "laneLink -1 2"),
         ('<validity fromLane="-2" toLane="-1"/>', "validity 1 2"),
         ('<signal id="3" s="1" t="-2.5" orientation="+" hOffset="0.1"/>', "signal 3 1 2.5 + -0.1"),
-        ('<object id="3" s="1" t="+2" hdg="1e-1"/>', "object 3 1 -2 -1e-1"),
+        ('<object id="3" s="1" t="+2" hdg="1e-1" roll=""/>', "object 3 1 -2 -1e-1 "),
         ('<cornerLocal u="1" v="2" z="0.0"/>', "cornerLocal 1 -2 0.0"),
         ('<repeat s="1" tStart="1" tEnd="-2"/>', "repeat 1 -1 2"),
         ('<elevation s="1" a="2" b="0.01" c="0" d="0"/>', "elevation 1 2 0.01 0 0"),
@@ -122,7 +122,7 @@ def test_elements_of_opendrive_in_the_mirror(text, expected):
 
 
 def test_file_with_both_rules_is_refused_with_a_road_of_each(tmp_path):
-    text = chain(60.0, 40.0, 50.0).replace('id="2"', 'id="2" rule="LHT"', 1)
+    text = chain(60.0, 40.0, 50.0).replace('id="2"', 'id="2" rule="lht"', 1)
     words = r'road 2 has left-hand traffic \(rule="LHT"\), and road 1 not; give all roads one rule'
     with pytest.raises(MapError, match=words):
         load_network(write(tmp_path, text))

@@ -313,7 +313,9 @@ _SLOW = '<lane id="-2" type="driving"><speed sOffset="20" max="5"/>'
         ("rural", '<speed max="130" unit="km/h"/>', 130 / 3.6),
         ("rural", '<speed max="60" unit="mph"/>', 26.8224),
         ("rural", '<speed max="no limit"/>', 130 / 3.6),
-        ("motorway", "", 130 / 3.6),
+        ("rural", '<speed max="20" unit=""/>', 20.0),
+        ("rural", '<speed max="-1" unit="mph"/>', 50 / 3.6),
+        ("motorway", '<speed max="undefined"/>', 130 / 3.6),
     ],
 )
 def test_limits_of_the_file_apply_each_on_its_stretch(tmp_path, kind, speed, limit_mps):
@@ -335,33 +337,29 @@ def test_limits_of_the_file_apply_each_on_its_stretch(tmp_path, kind, speed, lim
         assert found.speed_limit_mps == pytest.approx(right_mps, abs=0.01)
 
 
-def test_unknown_unit_of_a_limit_is_named(tmp_path):
-    path = write(tmp_path, _MAPS["line"].replace('unit="km/h"', 'unit="kph"'))
-    with pytest.raises(MapError, match="road 7: unit 'kph' of a speed limit is unknown"):
-        load_network(path)
-
-
 @pytest.mark.parametrize(
-    ("kind", "lanes", "is_named"),
+    ("kind", "lanes", "named"),
     [
-        ("stop", 1, True),
-        ("parking", 1, True),
-        ("roadWorks", 1, True),
-        ("bidirectional", 1, True),
-        ("bus", 1, True),
-        ("shoulder", 1, True),
-        ("slipLane", 2, False),
-        ("connectingRamp", 2, False),
-        ("shared", 2, False),
-        ("exit", 2, False),
+        ("", 1, "missing"),
+        ('driving" direction="reversed', 1, "bidirectional"),
+        ("stop", 1, "stop"),
+        ("parking", 1, "parking"),
+        ("roadWorks", 1, "roadWorks"),
+        ("bidirectional", 1, "bidirectional"),
+        ("bus", 1, "bus"),
+        ("shoulder", 1, "shoulder"),
+        ("slipLane", 2, ""),
+        ("connectingRamp", 2, ""),
+        ("shared", 2, ""),
+        ("exit", 2, ""),
     ],
 )
-def test_cars_drive_on_some_types_of_lanes(tmp_path, kind, lanes, is_named):
+def test_cars_drive_on_some_types_of_lanes(tmp_path, kind, lanes, named):
     text = opendrive("<line/>", 80, lane(-1, mark="broken") + lane(-2, kind=kind))
     network = load_network(write(tmp_path, text))
     assert len(network.driving) == lanes
-    expected = f"lanes of the type {kind} (1, the first: road 7 at 0 m)"
-    assert [*network.findings.lines()] == ([expected] if is_named else [])
+    expected = f"lanes of the type {named} (1, the first: road 7 at 0 m)"
+    assert [*network.findings.lines()] == ([expected] if named else [])
 
 
 @pytest.mark.parametrize("sign", ["", "-"])
@@ -465,14 +463,15 @@ def test_light_of_a_junction_is_not_at_a_joint_of_two_roads_near_it(tmp_path):
 
 
 @pytest.mark.parametrize("curvatures", [(0.07, 0.07 - 1e-16), (0.02, 0.02), (0.0, 1e-12)])
-def test_spiral_of_one_curvature_is_an_arc(tmp_path, curvatures):
+def test_spiral_of_one_curvature_behind_a_piece_without_length_is_an_arc(tmp_path, curvatures):
     first, last = curvatures
     spiral = f'<spiral curvStart="{first!r}" curvEnd="{last!r}"/>'
     arc = f'<arc curvature="{first!r}"/>' if first else "<line/>"
-    found, right = (
-        load_network(write(tmp_path, opendrive(shape, 12, lane(-1), lane(1)), name)).driving
-        for shape, name in ((spiral, "spiral.xodr"), (arc, "arc.xodr"))
-    )
+    nothing = _PARAM.format("normalized", 0, 0)
+    nothing = f'<planView><geometry s="0" x="10" y="-4" hdg="0.3" length="0">{nothing}</geometry>'
+    text = opendrive(spiral, 12, lane(-1), lane(1)).replace("<planView>", nothing)
+    found = load_network(write(tmp_path, text, "spiral.xodr")).driving
+    right = load_network(write(tmp_path, opendrive(arc, 12, lane(-1), lane(1)))).driving
     for one, other in zip(found, right):
         assert one.points_m == pytest.approx(other.points_m, abs=1e-4)
 
@@ -561,19 +560,25 @@ def test_network_in_coordinates_of_the_earth_is_moved_to_the_origin(tmp_path):
 
 _UNREAD = """<lateralProfile><superelevation s="30" a="0.1" b="0" c="0" d="0"/></lateralProfile>
   <signals><signal id="1" s="40" t="0" dynamic="no" orientation="+" type="274"/>
-  <signal id="7" s="5" t="0" dynamic="no" orientation="+" type=""/></signals>
+  <signal id="7" s="5" t="0" dynamic="no" orientation="+" type=""/>
+  <signalReference id="7" s="9" t="0" orientation="+"/></signals>
   <objects><object id="2" s="50" t="0" type="tree"/></objects>"""
 _LINK = '<link><successor elementType="road" elementId="9" contactPoint="start"/></link>'
-_WAY = '<junction id="4"><connection id="0" incomingRoad="7" connectingRoad="8"/></junction>'
+_WAY = """<junction id="4"><connection id="0" incomingRoad="7" connectingRoad="8"/></junction>
+  <junction id="5" type="virtual"/>"""
+_BUSES = '<access sOffset="0" rule="allow"><restriction type="bus"/></access>'
 
 
 def test_what_is_not_read_is_left_out_and_named(tmp_path):
     text = _MAPS["line"].replace("<link/>", _LINK).replace("</lanes>", "</lanes>" + _UNREAD)
-    path = write(tmp_path, text.replace("</OpenDRIVE>", _WAY + "</OpenDRIVE>"))
-    network = load_network(path)
-    assert len(network.driving) == 3
+    text = text.replace('<lane id="-2" type="driving">', '<lane id="-2" type="driving">' + _BUSES)
+    text = text.replace("</OpenDRIVE>", _WAY + "</OpenDRIVE>").replace(' junction="-1"', "")
+    network = load_network(write(tmp_path, text))
+    assert len(network.driving) == 2
     assert sorted(network.findings.lines()) == [
+        "elements access (1, the first: road 7 at 0 m)",
         "elements superelevation (1, the first: road 7 at 30 m)",
+        "junctions of the type virtual (1, the first: junction 5)",
         "links to what the file does not have (2, the first: road 7 to road 9)",
         "objects of the type tree (1, the first: road 7 at 50 m)",
         "signals of the type 274 (1, the first: road 7 at 40 m)",
@@ -650,6 +655,15 @@ def test_nearest_lane_prefers_the_direction_of_the_car(streets):
         ("a.xodr", "<OpenDRIVE/>", "netconvert cannot read it: no road .*; check the file"),
         ("a.xodr", _MAPS["line"].replace('x="10"', 'x="nan"'), r"road 7 is at \[nan, -4.0\]"),
         ("a.xodr", _MAPS["line"].replace('length="80" id', 'length="1e9" id'), "from 0 to 100 km"),
+        (
+            "a.xodr",
+            _MAPS["line"].replace("0.3", "nan"),
+            "road 7: hdg of an element geometry is nan",
+        ),
+        ("a.xodr", _MAPS["line"].replace('unit="km/h"', 'unit="kph"'), "road 7: unit 'kph' .* mph"),
+        ("a.xodr", _MAPS["line"].replace('id="-2"', 'id="-1"'), "two lanes .* at 0 m have one id"),
+        ("a.xodr", _MAPS["line"].replace('laneSection s="0', 'laneSection s="99'), "wrong order"),
+        ("a.xodr", re.sub("<width[^>]*>", "", _MAPS["line"]), "a lane for cars with a width"),
         ("a.xodr", _MAPS["line"].replace('lane id="-2"', "lane"), "road 7: an element lacks 'id'"),
         ("a.xodr", _TWICE, "2 roads have the id 7; give each its own"),
         ("a.net.xml", "<net", "no XML: unclosed token: line 1"),

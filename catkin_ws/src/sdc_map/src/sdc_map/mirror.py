@@ -75,7 +75,7 @@ def mirror_left_hand(root: ElementTree.Element) -> bool:
     """
     roads: dict[bool, str | None] = {}
     for road in root.iter("road"):
-        roads.setdefault(road.get("rule") == "LHT", road.get("id"))
+        roads.setdefault(road.get("rule", "").upper() == "LHT", road.get("id"))
     if len(roads) > 1:
         text = f'road {roads[True]} has left-hand traffic (rule="LHT"), and road {roads[False]} not'
         raise ValueError(f"{text}; give all roads one rule")
@@ -128,7 +128,7 @@ def move_net(root: ElementTree.Element, shift_m: Sequence[float]) -> bool:
 def _negated(number: str) -> str:
     """Return the text of a number with the other sign; that of lane 0 stays."""
     number = number.strip()
-    if float(number) == 0.0:
+    if not re.search("[1-9]", number):
         return number
     return number[1:] if number[0] == "-" else "-" + number.lstrip("+")
 

@@ -133,7 +133,8 @@ def _check(net: Any) -> None:
         text = f"has {len(lanes)} lanes, and at most {_MOST_LANES} are read"
         raise DocumentError(f"{text}; read a smaller area")
     if DRIVING not in map(_kind, lanes):
-        raise DocumentError("has no lane for cars; read a map with streets")
+        text = f"has no lane for cars with a limit of {_SLOWEST_MPS:g} m/s or more"
+        raise DocumentError(f"{text}; read a map with streets")
 
 
 def _name_unread(net: Any, findings: Findings) -> None:

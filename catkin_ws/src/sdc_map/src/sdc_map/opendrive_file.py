@@ -30,6 +30,8 @@ _NEEDED = {"signal": ("id", "type", "s", "orientation", "dynamic"), "object": ("
 # Elements of a road that are not read, and the first level of the file that is.
 _UNREAD = ("superelevation", "shape", "CRG", "access", "material", "bridge", "tunnel", "railroad")
 _READ = ("header", "road", "junction", "controller", "junctionGroup", "userData")
+# Elements of a road whose attributes are numbers, or words other than nan and inf.
+_NUMBERS = ("planView", "elevationProfile", "lanes")
 # Curvatures that differ by less are the same [1/m]: within 100 m, they are 0.2 mm apart.
 _SAME_CURVATURE = 1e-7
 # Positions that are farther from the origin are coordinates of the Earth [m].
@@ -56,31 +58,48 @@ def read_opendrive(root: ElementTree.Element, findings: Findings) -> bool:
     _refuse(root)
     _move(root, findings)
     is_left = mirror_left_hand(root)
-    _remove_open_links(root, findings)
     for element in root:
-        if element.tag not in _READ:
-            findings.add(f"elements {element.tag}", f"{element.tag} {element.get('id')}")
+        tag, kind = element.tag, element.get("type", "default")
+        if tag not in _READ or kind not in ("default", "direct"):
+            text = f"elements {tag}" if tag not in _READ else f"{tag}s of the type {kind}"
+            findings.add(text, f"{tag} {element.get('id')}")
     for road in root.iter("road"):
         with named_road(road):
             _read_road(road, findings)
+    _remove_open_links(root, findings)
     write_connecting_roads(root, findings)
     return is_left
 
 
+def _check_numbers(road: ElementTree.Element) -> None:
+    """Raise ValueError for numbers with which netconvert would fail."""
+    for element in (one for part in _NUMBERS for one in road.findall(part + "//*")):
+        for name, value in element.attrib.items():
+            is_negative = name == "length" and value[:1] == "-"
+            if is_negative or value.strip("+-").lower() in ("nan", "inf"):
+                raise ValueError(f"{name} of an element {element.tag} is {value}")
+
+
 def _read_road(road: ElementTree.Element, findings: Findings) -> None:
+    _check_numbers(road)
     for section, start_m, _ in sections(road):
         # netconvert takes lanes to be in this order.
         for side in (*section.findall("left"), *section.findall("right")):
             side[:] = sorted(side, key=lambda lane: -int(lane.get("id", 0)))
         _write_widths(section)
         for lane in section.iter("lane"):
-            kind = lane.get("type", "")
-            if kind in _NOT_DRIVEN or kind not in ("", "none", *_FOR_CARS, *_TYPES):
+            kind = "none" if lane.get("id") == "0" else lane.get("type") or "missing"
+            if lane.get("direction", "standard") != "standard":
+                kind = "bidirectional"
+            if lane.find("width") is None and lane.get("id") != "0":
+                kind = "none"
+                _add(findings, "lanes without a width", road, start_m)
+            if kind in _NOT_DRIVEN or kind not in ("none", *_FOR_CARS, *_TYPES):
                 _add(findings, f"lanes of the type {kind}", road, start_m)
             lane.set("type", _TYPES.get(kind, kind))
+            _write_access(lane)
     _write_limits(road)
     _write_arcs(road)
-    _remove_incomplete(road, findings)
     _name_unread(road, findings)
     lanes = (lane for lane in road.iter("lane") if lane.get("id") != "0")
     driven = [lane for lane in lanes if lane.get("type") in _FOR_CARS]
@@ -97,9 +116,10 @@ def _refuse(root: ElementTree.Element) -> None:
         if names.count(name) > 1:
             raise ValueError(f"{names.count(name)} roads have the id {name}; give each its own")
     for road in root.iter("road"):
-        if not 0.0 <= float(road.get("length", "nan")) < FARTHEST_M:
-            name = f"road {road.get('id')} has the length {road.get('length')}"
-            raise ValueError(f"{name}, which must be from 0 to 100 km; write the right length")
+        with named_road(road):
+            if not 0.0 <= float(road.attrib["length"]) < FARTHEST_M:
+                text = f"has the length {road.attrib['length']}, which must be from 0 to 100 km"
+                raise ValueError(text)
 
 
 def _move(root: ElementTree.Element, findings: Findings) -> None:
@@ -131,8 +151,17 @@ def shift_to_origin(places: np.ndarray, findings: Findings, first: str) -> np.nd
 
 
 def _remove_open_links(root: ElementTree.Element, findings: Findings) -> None:
-    """Remove links to roads and junctions that the file does not have."""
-    known = {(kind, one.get("id")) for kind in ("road", "junction") for one in root.iter(kind)}
+    """Remove links to roads, junctions and signals that the file does not have."""
+    known = {
+        (kind, one.get("id")) for kind in ("road", "junction", "signal") for one in root.iter(kind)
+    }
+    for road in root.iter("road"):
+        if ("junction", road.get("junction")) not in known:
+            road.set("junction", "-1")
+        for signals in road.findall("signals"):
+            for reference in signals.findall("signalReference"):
+                if ("signal", reference.get("id")) not in known:
+                    signals.remove(reference)
     for place in (*root.iter("road"), *root.iter("junction")):
         parents = [place] if place.tag == "junction" else place.findall("link")
         links = [(parent, link) for parent in parents for link in parent]
@@ -148,23 +177,20 @@ def _remove_open_links(root: ElementTree.Element, findings: Findings) -> None:
                 parent.remove(link)
 
 
-def _remove_incomplete(road: ElementTree.Element, findings: Findings) -> None:
-    """Remove signals and objects for which netconvert would refuse the whole map."""
-    for kind, names in _NEEDED.items():
-        for parent in road.findall(kind + "s"):
-            for element in parent.findall(kind):
-                lacking = [name for name in names if not element.get(name)]
-                if lacking:
-                    place = f"{kind} {element.get('id')} of road {road.get('id')}"
-                    findings.add(f"{kind}s without {lacking[0]}", place, point_at(road, 0.0))
-                    parent.remove(element)
-
-
 def _name_unread(road: ElementTree.Element, findings: Findings) -> None:
-    """Add signs, objects and other parts of a road that the map does not have."""
-    for element in road.iter():
+    """Add signs, objects and other parts of a road that the map does not have.
+
+    Remove signals and objects for which netconvert would refuse the whole map.
+    """
+    for parent, element in [(one, element) for one in road.iter() for element in one]:
         tag, kind = element.tag, element.get("type", "")
+        lacking = [name for name in _NEEDED.get(tag, ()) if not element.get(name)]
         is_zero = not any(float(element.get(name, 0.0)) for name in "abcd")
+        if lacking:
+            place = f"{tag} {element.get('id')} of road {road.get('id')}"
+            findings.add(f"{tag}s without {lacking[0]}", place, point_at(road, 0.0))
+            parent.remove(element)
+            continue
         if tag == "signal" and element.get("dynamic") != "yes":
             text = f"signals of the type {kind}"
         elif tag == "object" and kind.lower() != "crosswalk":
@@ -182,7 +208,12 @@ def _add(findings: Findings, kind: str, road: ElementTree.Element, s_m: float) -
 
 
 def _write_arcs(road: ElementTree.Element) -> None:
-    """Write an arc or a line for a spiral of one curvature, on which netconvert does not end."""
+    """Write an arc or a line for a spiral of one curvature, on which netconvert does not end.
+
+    It does not end on a piece without a length, either.
+    """
+    for view in road.findall("planView"):
+        view[:] = [one for one in view if float(one.get("length", 1.0)) != 0.0] or view[:1]
     for shape in road.findall("planView/geometry/*"):
         first, last = (float(shape.get(name, 0.0)) for name in ("curvStart", "curvEnd"))
         curvature = float(shape.get("curvature", first))
@@ -190,6 +221,16 @@ def _write_arcs(road: ElementTree.Element) -> None:
             is_straight = abs(curvature) < _SAME_CURVATURE
             shape.tag = "line" if is_straight else "arc"
             shape.attrib = {} if is_straight else {"curvature": repr(curvature)}
+
+
+def _write_access(lane: ElementTree.Element) -> None:
+    """Write the restrictions of OpenDRIVE 1.8 as those before it."""
+    for access in lane.findall("access"):
+        for one in access.findall("restriction"):
+            names = {**access.attrib, "restriction": one.get("type", "none")}
+            ElementTree.SubElement(lane, "access", names)
+        if "restriction" not in access.attrib:
+            lane.remove(access)
 
 
 def _write_widths(section: ElementTree.Element) -> None:
@@ -233,8 +274,11 @@ def _write_limits(road: ElementTree.Element) -> None:
     A section is also split where cars may cross a line between two lanes from there on, or may not.
     """
     of_road = [(float(one.get("s", 0.0)), _limit_mps(one)) for one in road.findall("type")]
+    of_road.sort(key=lambda row: row[0])
     for section, start_m, end_m in sections(road):
         lanes = {lane.attrib["id"]: lane for lane in section.iter("lane")}
+        if len(lanes) < len([*section.iter("lane")]):
+            raise ValueError(f"two lanes of the section at {start_m:g} m have one id")
         lanes.pop("0", None)
         of_lanes = [
             [(start_m + s, _limit_mps(one)) for s, one in _along(lane, "speed")]
@@ -333,12 +377,13 @@ def _last(rows: list[tuple[float, Any]], s_m: float) -> Any:
 def _limit_mps(parent: ElementTree.Element) -> float | None:
     """Return the speed limit of a type of road or of a lane, None without one [m/s]."""
     speed = parent if parent.tag == "speed" else parent.find("speed")
-    if speed is None:
+    text = "" if speed is None else speed.get("max", "")
+    if speed is None or text in ("", "undefined"):
         return _NO_LIMIT_MPS if parent.get("type") == "motorway" else None
-    text = speed.get("max", "undefined")
-    if text in ("undefined", "no limit"):
-        return _NO_LIMIT_MPS if text == "no limit" else None
-    unit = speed.get("unit", "m/s")
+    if text == "no limit":
+        return _NO_LIMIT_MPS
+    unit = speed.get("unit") or "m/s"
     if unit not in _UNITS_MPS:
-        raise ValueError(f"unit {unit!r} of a speed limit is unknown")
-    return float(text) * _UNITS_MPS[unit] or None
+        raise ValueError(f"unit {unit!r} of a speed limit is unknown; write km/h, mph or m/s")
+    limit_mps = float(text) * _UNITS_MPS[unit]
+    return limit_mps if 0.0 < limit_mps < math.inf else None

@@ -183,6 +183,8 @@ def sections(road: ElementTree.Element) -> Iterator[tuple[ElementTree.Element, f
     """Return the lane sections of a road with their start and end along it [m]."""
     found = road.findall("lanes/laneSection")
     ends = [*(float(section.attrib["s"]) for section in found), float(road.attrib["length"])]
+    if any(end < start - _STEP_M for start, end in zip(ends, ends[1:])):
+        raise ValueError(f"its lane sections and its end are at {ends} m, in a wrong order")
     return zip(found, ends, ends[1:])
 
 

@@ -70,9 +70,10 @@ def _reason(text: str) -> str:
     if "bad_alloc" in text:
         return f"it needs more than {MEMORY_KB / 1e6:g} GB"
     if "No edges loaded" in text or "No nodes loaded" in text:
-        return "no road with a length has a lane for cars"
-    errors = [line[7:] for line in text.splitlines() if line.startswith("Error: ")]
-    lines = list(dict.fromkeys(errors or text.splitlines())) or ["it ended without a reason"]
+        return "no road has a length, and a lane for cars with a width"
+    written = [line for line in text.splitlines() if not line.startswith("Warning: ")]
+    errors = [line[7:] for line in written if line.startswith("Error: ")]
+    lines = list(dict.fromkeys(errors or written)) or ["it ended without a reason"]
     return lines[0].rstrip(".") + (f" (and {len(lines) - 1} more)" if lines[1:] else "")
 
 
