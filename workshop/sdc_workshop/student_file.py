@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import contextlib
 import re
 from pathlib import Path
 
@@ -16,7 +17,8 @@ _MARKS = (
     *((codecs.BOM_UTF32_LE, "UTF-32"), (codecs.BOM_UTF32_BE, "UTF-32")),
     *((codecs.BOM_UTF16_LE, "UTF-16"), (codecs.BOM_UTF16_BE, "UTF-16")),
 )
-_MERGE = re.compile(r"^<{7}(?: .*)?$.*?^={7}$.*?^>{7}(?: .*)?$", re.MULTILINE | re.DOTALL)
+# Of the lines that git writes; of those that a student has deleted, one may be left.
+_MERGE = re.compile(r"^(?:<{7}|>{7})(?: .*)?$", re.MULTILINE)
 
 
 class FileError(RegionError):
@@ -34,13 +36,13 @@ def encoding_of(data: bytes) -> str:
             return name
     # Most texts are Latin letters, of which UTF-16 writes every other byte as 0.
     for start, name in ((1, "UTF-16LE"), (0, "UTF-16BE")):
-        if 4 * data[start::2].count(0) > len(data):
+        if 4 * (data[start::2].count(0) - data[1 - start :: 2].count(0)) > len(data):
             return name
-    try:
-        data.decode()
-    except UnicodeDecodeError:
-        return "WINDOWS-1252"
-    return "UTF-8"
+    for name in ("UTF-8", "WINDOWS-1252"):
+        with contextlib.suppress(UnicodeDecodeError):
+            data.decode(name)
+            return name
+    return "ISO-8859-1"  # each byte is a character
 
 
 def read(src: Path, file: str) -> str:
@@ -73,7 +75,8 @@ def read(src: Path, file: str) -> str:
     if data.startswith(b"#!") and b"\r" in data.partition(b"\n")[0]:
         fix = (
             "save the file with Unix line ends (LF, not CRLF), because Linux takes the invisible "
-            f"character for a part of the interpreter's name: `sed -i 's/\\r$//' {name}`"
+            "character for a part of the interpreter's name: "
+            f"`sed -i 's/\\r$//; s/\\r/\\n/g' {name}`"
         )
         raise FileError("its lines end as on Windows", fix, 1)
     text = text.replace("\r\n", "\n").replace("\r", "\n")

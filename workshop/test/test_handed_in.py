@@ -54,6 +54,7 @@ def test_every_form_of_handing_in_is_found(tmp_path, workspace):
     "path, content, message",
     [
         ("empty/x.txt", "", "is no workspace: it has no src/sdc_package"),
+        ("a/b/Work.7z", "7z", "Work.7z: neither a folder nor a zip that opens"),
         ("work.rar", "Rar!", "neither a folder nor a zip"),
         ("slip.zip", {"../../slip.py": ""}, "is no workspace: it has no src/sdc_package"),
         ("bomb.zip", {f"{n}.py": "0" * 20_000_000 for n in range(11)}, "is too large unpacked"),
@@ -95,6 +96,7 @@ def test_zips_of_every_form_are_found_or_named(tmp_path, workspace):
     (tmp_path / "two").mkdir()
     for name in ("Abgabe.zip", "Abgabe 2.zip"):
         shutil.copy(tmp_path / "deep.zip", tmp_path / "two" / name)
+        (tmp_path / "two" / f"._{name}").touch()
     with pytest.raises(HandedInError, match="has 2 zips: Abgabe 2.zip, Abgabe.zip; keep one"):
         copy_workspace(tmp_path / "two", tmp_path / "both" / "copy")
     with zipfile.ZipFile(tmp_path / "lzma.zip", "w", zipfile.ZIP_LZMA) as archive:

@@ -48,6 +48,9 @@ BROKEN = {
     "byte order mark": (lambda data: b"\xef\xbb\xbf" + data, ["byte order mark", "without BOM"]),
     "windows": (lambda data: data.replace(b"\n", b"\r\n"), ["as on Windows", "LF, not CRLF"]),
     "old mac": (lambda data: data.replace(b"\n", b"\r"), ["as on Windows"]),
+    "code page 437": (lambda data: after_todo(data, LATIN, "cp437"), ["ISO-8859-1 -t UTF-8"]),
+    "end of nul": (lambda data: data + bytes(3 * len(data)), ["an invisible NUL", "sed -i"]),
+    "rest of a merge": (lambda data: after_todo(data, ">>>>>>> main\n"), ["an unfinished merge"]),
     "merge": (merged, ["an unfinished merge", "keep one of the two"]),
     "very large": (lambda data: data + b"#" * 1_000_000, ["more than 1000000 bytes"]),
 }

@@ -23,6 +23,7 @@ _DEPTH = 16
 # Deeper folders are more than a package has, and than Python can copy.
 _MAX_DEPTH = 60
 _MAX_ZIPS = 3  # a zip in a zip in a zip
+_OTHER_ARCHIVES = (".7z", ".rar", ".tar", ".tgz", ".gz", ".xz", ".bz2")
 # How Moodle and Canvas name the files of "download all submissions".
 _DOWNLOADED = (
     (re.compile(r"(.+)_(\d+)_assignsubmission_.*"), "Full name", "Identifier", "Participant {}"),
@@ -109,9 +110,12 @@ def find_package(handed_in: Path, temporary: Path, lab: str = WORKSHOP) -> tuple
 
 
 def _content(root: Path, name: str) -> tuple[list, list]:
-    """Return the packages with this name that are nearest to a folder, and the zips below it."""
+    """Return the packages with this name that are nearest to a folder, and the zips below it.
+
+    Without a zip, return an archive of another kind, which is no zip that opens.
+    """
     found: dict = {}
-    links, zips = [], []
+    links, zips, others = [], [], []
     for place, names, files in os.walk(root):
         folder = Path(place)
         depth = len(folder.relative_to(root).parts)
@@ -123,12 +127,15 @@ def _content(root: Path, name: str) -> tuple[list, list]:
             if one not in _LEFT_OUT and not one.startswith(_BEFORE_UPDATE) and depth < _DEPTH
         ]
         links += [folder / one for one in names if (folder / one).is_symlink()]
-        paths = (folder / one for one in sorted(files) if one.lower().endswith(".zip"))
-        zips += [path for path in paths if path.is_file() and not path.is_symlink()]
+        # Of a file NAME, macOS also packs ._NAME.
+        paths = [folder / one for one in sorted(files) if one[0] != "."]
+        paths = [path for path in paths if path.is_file() and not path.is_symlink()]
+        zips += [path for path in paths if path.suffix.lower() == ".zip"]
+        others += [path for path in paths if path.suffix.lower() in _OTHER_ARCHIVES]
     for path in links if not found else ():
         if path.name != "workshop":
             raise HandedInError(f"{path} is a link to another place; put the package itself there")
-    return (found[min(found)] if found else []), zips
+    return (found[min(found)] if found else []), zips or others[:1]
 
 
 def _is_package(folder: Path, name: str) -> bool:
