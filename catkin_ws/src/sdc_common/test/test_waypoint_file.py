@@ -33,6 +33,7 @@ ACCEPTED = [
     ("comma in a quoted text", '"0","0","a, b"\n1,0,c\n2,-1,d\n'),
     ("swapped header", "y,x\n0,0\n0,1\n-1,2\n"),
     ("time in front", "time [s],X [m],Y [m]\n0,0,0\n5,1,0\n7,2,-1\n"),
+    ("PlotJuggler", "__time,/odom/pose/position/x,/odom/pose/position/y\n0,0,0\n5,1,0\n7,2,-1\n"),
     ("raceline", "# 1f0a\n# s_m; x_m; y_m; v_mps\n0; 0; 0; 8\n1; 1; 0; 8\n2.4; 2; -1; 8\n"),
     ("centre line", "# x_m,y_m,w_tr_right_m,w_tr_left_m\n0,0,1,1\n1,0,1,1\n2,-1,1,1\n"),
     ("header in blanks", "# x z y\n0,9,0\n1,9,0\n2,9,-1\n"),

@@ -16,9 +16,9 @@ _DECIMAL_COMMA = re.compile(r"([-+]?\d*),(\d+)")
 _DECIMALS = "write numbers with a decimal point and without thousands separators"
 # Words in the name of a column that do not change what it is.
 _NEUTRAL = re.compile(
-    r"m|in|metres?|meters?|pos|position|pose|points?|coord(inate)?s?|field|location|transform|ref"
-    r"|translation|map|world|local|global|reference|opt|center|centre|line|raceline|track|wp"
-    r"|waypoints?|car|vehicle|ego|gps|gnss"
+    r"m|in|met(re|er)s?|pos|position|pose|points?|coord(inate)?s?|field|loc|location|transform|opt"
+    r"|translation|map|world|local|global|odom(etry)?|ref(erence)?|cent(er|re)|line|raceline|track"
+    r"|wp|waypoints?|car|vehicle|ego|gps|gnss"
 )
 _DEGREES = re.compile("lat|latitude|lon|lng|long|longitude")
 _OTHER_UNITS = re.compile("[mck]m|ft|feet|foot|inch(es)?|yd|mi|px|pixels?|deg|degrees")
