@@ -31,27 +31,17 @@ def test_what_is_in_a_network_is_printed(tmp_path, monkeypatch, capsys):
     ]
 
 
-def test_side_of_traffic_is_printed(monkeypatch, capsys):
-    _, lines, _ = check(monkeypatch, capsys, "town_left")
-    assert "traffic: on the left" in lines
-
-
-def test_heights_and_what_is_left_out_are_printed(tmp_path, monkeypatch, capsys):
+def test_side_heights_and_what_is_left_out_are_printed_and_drawn(tmp_path, monkeypatch, capsys):
     hill = '<elevationProfile><elevation s="0" a="0" b="0.1" c="0" d="0"/></elevationProfile>'
     text = opendrive("<line/>", 80, lane(-1) + lane(-2, kind="parking"))
-    path = write(tmp_path, text.replace("</planView>", "</planView>" + hill))
-    _, lines, _ = check(monkeypatch, capsys, path)
-    assert "heights: 0.0 to 8.0 m" in lines
+    text = text.replace("</planView>", "</planView>" + hill).replace("<road ", '<road rule="LHT" ')
+    picture = tmp_path / "map.png"
+    status, lines, _ = check(monkeypatch, capsys, write(tmp_path, text), "--picture", picture)
+    assert status == 0 and picture.read_bytes().startswith(b"\x89PNG")
+    assert "traffic: on the left" in lines and "heights: 0.0 to 8.0 m" in lines
     assert lines[-1] == (
         "other than in the file: lanes of the type parking (1, the first: road 7 at 0 m)"
     )
-
-
-def test_map_is_drawn(tmp_path, monkeypatch, capsys):
-    text = opendrive("<line/>", 80, lane(-1) + lane(-2, kind="parking"))
-    picture = tmp_path / "map.png"
-    status, _, _ = check(monkeypatch, capsys, write(tmp_path, text), "--picture", picture)
-    assert status == 0 and picture.read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.slow(1)

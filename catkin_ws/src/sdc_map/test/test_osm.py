@@ -130,12 +130,6 @@ def test_what_is_not_in_the_map_is_named(town):
     assert place.point_m == pytest.approx((150.0, -100.0), abs=0.5)
 
 
-def test_light_without_a_crossing_is_named(tmp_path):
-    ways = {100: ([1, 2, 3], {"highway": "primary", "maxspeed": "50"})}
-    network = load_network(write(tmp_path, osm(ways=ways), "a.osm"))
-    assert [*network.findings.lines()] == ["lights that are at no junction (1, the first: node 2)"]
-
-
 @pytest.mark.parametrize(
     ("limit", "limit_mps"),
     [("30", 8.33), ("30 km/h", 8.33), ("DE:zone30", 8.33), ("FR:50", 13.89)]
@@ -167,17 +161,18 @@ def test_file_without_streets_is_one_line(tmp_path, ways, words):
 
 
 @pytest.mark.parametrize(
-    ("tags", "lanes", "named"),
+    ("nodes", "tags", "named"),
     [
-        ({"lanes": "9999"}, 2, "lanes=9999, not read"),
-        ({"lanes": "3", "lanes:both_ways": "1"}, 2, "ways with lanes:both_ways, not for cars"),
+        ([1, 5], {"lanes": "9999"}, "lanes=9999, not read"),
+        ([1, 5], {"lanes": "3", "lanes:both_ways": "1"}, "ways with lanes:both_ways, not for cars"),
+        ([1, 2, 3], {}, "lights that are at no junction"),
     ],
 )
-def test_lanes_that_are_none_for_cars_are_named(tmp_path, tags, lanes, named):
-    ways = {100: ([1, 5], {"highway": "primary", "maxspeed": "50", **tags})}
+def test_what_a_street_does_not_have_is_named(tmp_path, nodes, tags, named):
+    ways = {100: (nodes, {"highway": "primary", "maxspeed": "50", **tags})}
     network = load_network(write(tmp_path, osm(ways=ways), "a.osm"))
-    assert len(network.driving) == lanes
-    assert [*network.findings.lines()] == [f"{named} (1, the first: way 100)"]
+    assert len(network.driving) == 2
+    assert [*network.findings.places] == [named]
 
 
 def test_streets_on_two_continents_are_one_line(tmp_path):
