@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import codecs
+import gzip
 import math
 import os
 import xml.etree.ElementTree as ElementTree
@@ -43,11 +45,15 @@ def opendrive(name: str, route_m: np.ndarray) -> str:
 def opendrive_file(path: str) -> str:
     """Return the content of an OpenDRIVE file, or of that beside SUMO's network; "" if none."""
     path = path.replace(".net.xml", ".xodr")
-    if not path.lower().endswith(".xodr") or not os.path.exists(path):
+    if not path.lower().endswith((".xodr", ".xodr.gz")) or not os.path.exists(path):
         return ""
     with open(path, "rb") as file:
         content = file.read()
+    if content.startswith(b"\x1f\x8b"):
+        content = gzip.decompress(content)
     try:
         return content.decode()
-    except UnicodeDecodeError:  # Its first line names another encoding.
-        return ElementTree.tostring(ElementTree.fromstring(content), "unicode")
+    except UnicodeDecodeError:  # Its first line names its encoding; UTF-16 has a mark, too.
+        has_mark = content[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+        root = ElementTree.fromstring(content.decode("utf-16") if has_mark else content)
+        return ElementTree.tostring(root, "unicode")
