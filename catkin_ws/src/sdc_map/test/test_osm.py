@@ -202,6 +202,7 @@ _SILENT = "the file does not say"
         ({}, {}, {"addr:country": "GB"}, (52, 10), True, "by the country of its addresses"),
         ({}, {}, {"addr:country": "FR"}, (52, -1), False, "by the country of its addresses"),
         ({}, {}, {"is_in:country": "United Kingdom"}, (52, -1), True, "by its place"),
+        ({}, {}, {}, (30.7, 76.8), True, "by its place"),
     ],
 )
 def test_side_of_traffic_is_found(tmp_path, tags, ring, address, middle, is_left, reason):

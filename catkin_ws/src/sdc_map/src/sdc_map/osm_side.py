@@ -26,6 +26,9 @@ _LEFT_AREAS = (
     (-44.0, -10.0, 112.0, 154.0),  # Australia
     (-48.0, -34.0, 166.0, 179.0),  # New Zealand
     (6.0, 30.0, 70.0, 81.0),  # India
+    (30.0, 35.0, 72.0, 78.5),  # the north of India and of Pakistan
+    (26.0, 27.8, 81.0, 88.1),  # the plain of the Ganges, and Nepal
+    (23.5, 29.8, 66.6, 70.0),  # the south of Pakistan
     (6.0, 26.0, 81.0, 92.0),  # the east of India, Sri Lanka and Bangladesh
     (12.5, 17.0, 99.7, 102.2),  # the middle of Thailand
     (-9.0, 7.0, 95.0, 116.0),  # Malaysia, Singapore and the west of Indonesia
