@@ -52,6 +52,13 @@ def keep(folder, name, report, options):
     (folder / "report" / f"{name}.parameters.json").write_text(json.dumps(parameters))
 
 
+def with_plus(sign):
+    """Return Stanley's law with a plus, and with a sign of the heading error."""
+    return lambda heading, error, speed, k, softening=0.0: (
+        sign * heading + math.atan2(k * error, softening + abs(speed))
+    )
+
+
 def predict(folder, name, letter):
     with (folder / "predictions.yaml").open("a") as file:
         file.write(f"{name}: {letter}\n")
@@ -61,19 +68,20 @@ def predict(folder, name, letter):
 @pytest.mark.parametrize("name", DRIVES)
 def test_result_is_what_the_experiment_explains(name, my_route, tmp_path, monkeypatch):
     options, right = DRIVES[name]
+    others = [my_route]
     if name == "experiment-5":
-        wrong = lambda heading, error, speed, k, softening=0.0: (  # noqa: E731
-            heading + math.atan2(k * error, softening + abs(speed))
-        )
-        monkeypatch.setattr(stanley_compensated, "stanley_angle", wrong)
+        monkeypatch.setattr(stanley_compensated, "stanley_angle", with_plus(-1))
+        others.append(drive(route=MY_ROUTE))
+        monkeypatch.setattr(stanley_compensated, "stanley_angle", with_plus(1))
     experiment = Experiment.named(name, tmp_path)
     keep(tmp_path, "my_route", my_route, {})
     assert experiment.answer().status == "unfinished", "there is no prediction"
     predict(tmp_path, name, "a")
     assert f"report/{name}.json" in experiment.answer().expected
-    keep(tmp_path, name, my_route, {})
-    assert experiment.answer().status == "wrong", "a drive without the setting is no experiment"
-    assert experiment.setting in experiment.answer().expected
+    for report in others:
+        keep(tmp_path, name, report, {})
+        assert experiment.answer().status == "wrong", "another drive is no experiment"
+        assert experiment.setting in experiment.answer().expected
     keep(tmp_path, name, drive(**{"route": MY_ROUTE, **options}), options)
     for prediction in "abc":
         predict(tmp_path, name, prediction)

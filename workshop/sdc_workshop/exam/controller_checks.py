@@ -30,13 +30,13 @@ _TOPICS = (
     ("subscribes", ODOMETRY, "nav_msgs/Odometry", "1.4"),
 )
 _NOT_SET = {"brake": 0.0, "hand_brake": False, "reverse": False}
-# The brake of a controller whose inputs time out, which distinguishes such commands from answers.
-_STOP_BRAKE = 0.987
+# The command of a controller whose inputs time out: its brake distinguishes it from answers.
+_STOP = {"throttle": 0.0, "steer": 0.0, "brake": 0.987}
 _TOLERANCE = 1e-3
 # So many wrong commands are enough.
 _WRONG_ANSWERS = 2
 # Parameters of both parts: inputs do not time out, and the textbook law steers.
-_SETTINGS = {"patience_s": 1000.0, "stop_brake": _STOP_BRAKE, "steering_method": "stanley"}
+_SETTINGS = {"patience_s": 1000.0, "stop_brake": _STOP["brake"], "steering_method": "stanley"}
 
 
 class BasicControlCheck(NodeCheck):
@@ -74,36 +74,32 @@ class BasicControlCheck(NodeCheck):
             stamps.append(rospy.Time.now() - late)
             odometry.publish(odometry_message(stamps[-1], (5.0, 2.0, 0.3), (1.5, 0.0, 0.0)))
 
+        # The first command is that of a controller that waits for its inputs: it brakes.
+        node.send_until(lambda: None, lambda: received.messages)
+        first = received.messages[:1]
+
         def answers() -> list:
-            return [command for command in list(received.messages) if not _is_stop(command)]
+            stops = [_fields(command) for command in first]
+            return [sent for sent in list(received.messages) if _fields(sent) not in stops]
 
-        def wrong_fields(command: CarlaVehicleControl) -> list:
-            got = _fields(command, *basic)
-            return [name for name in basic if abs(got[name] - basic[name]) > _TOLERANCE]
+        def nearest() -> list:
+            return sorted(answers()[::-1], key=lambda command: len(_wrong(command, basic)))[:1]
 
-        def nearest() -> CarlaVehicleControl:
-            return min(answers()[::-1], key=lambda command: len(wrong_fields(command)))
-
-        # The first commands may be those of a controller that waits for its inputs.
         how = node.send_until(
             send,
-            lambda: answers() and (not wrong_fields(nearest()) or len(answers()) > _WRONG_ANSWERS),
+            lambda: (
+                answers() and (not _wrong(*nearest(), basic) or len(answers()) > _WRONG_ANSWERS)
+            ),
         )
+        found = [_field_problem(command, basic, "for an odometry") for command in nearest()]
+        found += [_field_problem(stop, _STOP, "before the first odometry") for stop in first]
+        if any(found):
+            return next(filter(None, found))
+        if len(found) == 1 and "1.5" in variant.judged:
+            return self.crash_problem(node, variant) or listed("some_published")
         if not answers():
             return self.silence_problem(node, how, variant)
-        command = nearest()
-        got, wrong = _fields(command, *basic), wrong_fields(command)
-        if wrong:
-            swapped = [("throttle", "steer"), ("steer", "throttle")]
-            swapped += [("brake", "throttle"), ("brake", "steer")]
-            is_swapped = any(abs(got[a] - basic[b]) < _TOLERANCE for a, b in swapped)
-            is_negated = abs(got[wrong[0]] + basic[wrong[0]]) < _TOLERANCE
-            key = "field_sign" if is_negated else "another_field"
-            key = "fields_swapped" if is_swapped else key
-            times = got[wrong[0]] / basic[wrong[0]] if basic[wrong[0]] else 0.0
-            known = f" It is {times:.4g} times as large." if times and not is_swapped else ""
-            return listed(key, wanted=_text(basic), got=_text(got), field=wrong[0], times=known)
-        stamp = command.header.stamp
+        stamp = nearest()[0].header.stamp
         if stamp in stamps:
             delays_s = node.delays_s(send, received.messages)
             if len(answers()) > len(stamps):
@@ -222,11 +218,35 @@ def _answers(messages: list, stamp: rospy.Time) -> list:
 
 def _is_stop(command: Any) -> bool:
     """Return whether this is the command of a controller whose inputs time out."""
-    return abs(command.brake - _STOP_BRAKE) < _TOLERANCE
+    return abs(command.brake - _STOP["brake"]) < _TOLERANCE
 
 
 def _fields(command: Any, *more: str) -> dict:
     return {name: getattr(command, name) for name in ("throttle", "steer", "brake", *more)}
+
+
+def _wrong(command: Any, wanted: dict) -> list:
+    """Return the names of the fields that differ."""
+    got = _fields(command, *wanted)
+    return [name for name in wanted if abs(got[name] - wanted[name]) > _TOLERANCE]
+
+
+def _field_problem(command: Any, wanted: dict, when: str) -> Answer | None:
+    """Return what is wrong with the fields of a command that is published `when`, or None."""
+    got = _fields(command, *wanted)
+    for name in _wrong(command, wanted):
+        swapped = [("throttle", "steer"), ("steer", "throttle")]
+        swapped += [("brake", "throttle"), ("brake", "steer")]
+        key, times = "another_field", ""
+        if any(wanted[b] and abs(got[a] - wanted[b]) < _TOLERANCE for a, b in swapped):
+            key = "fields_swapped"
+        elif abs(got[name] + wanted[name]) < _TOLERANCE:
+            key = "field_sign"
+        elif got[name] and wanted[name]:
+            times = f" It is {got[name] / wanted[name]:.4g} times as large."
+        texts = {"wanted": f"{when}: {_text(wanted)}", "got": _text(got)}
+        return listed(key, field=name, times=times, **texts)
+    return None
 
 
 def _basic(stage: Stage) -> dict:

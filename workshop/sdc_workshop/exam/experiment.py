@@ -86,7 +86,7 @@ class Experiment:
             if self.metric not in report:
                 return listed("no_experiment", report=name, setting=self.setting)
         old, new = (report[self.metric] for report in reports)
-        names = {"old": old, "new": new, "status": reports[1]["status"]}
+        names = {**reports[1], "old": old, "new": new}
         difference = self._difference(report_name)
         if difference is not None:
             return difference
