@@ -37,7 +37,7 @@ _PASS = "_pass"
 # Fewer results that are yes, no or whole numbers are equal by chance.
 _FEW = 4
 # Processor time for all changes of a region: most need much less, that of a drive more [s].
-_MOST_CPU_S = 1.5
+_MOST_CPU_S = 2.0
 # The first numbers that are tried: the secant method begins with two.
 _TRIALS = (1, 2)
 # How often the number is improved: a result that is linear in it needs one step, others few.
@@ -48,6 +48,8 @@ TOLERANCE = 1e-6
 _EXACT = 1e-7
 # With a number that is by so much greater, the result must be another one.
 _NEAR = 1e-3
+# A part that is limited by another value of its function.
+_CLIP = "clip(A, -abs(B), abs(B))"
 # A part of the solution that is at most so long is shown as it is.
 _SHORT = 24
 
@@ -91,24 +93,26 @@ def sentence(
     must_be_sure = must_be_sure or is_vague
     end_s = time.process_time() + _MOST_CPU_S
     best, count, near = "", 0, ""
-    for trial, container, key, new, said in _trials(text, todo, module, results, got):
+    for trial, places, said in _trials(text, todo, module, results, got):
         is_exact = said[0] in _tables()["exact"]
         if is_vague and is_exact:
             continue
-        kept, container[key] = container[key], new
+        kept = [container[key] for container, key, _ in places]
+        _put(places)
         try:
-            matches, number = trial.matches(_uses_number(new))
+            matches, number = trial.matches(any(_uses_number(new) for *_, new in places))
+            container, key, new = places[0]
             is_effect = said[0] != _meaning(0) and not is_vague and _is_number(new)
             if is_effect and matches == len(got) and number is None:
                 # Where the result is limited, many changes give the same.
-                container[key] = _made("1.001 * A + 0.001", {"A": new})
+                _put([(container, key, _made("1.001 * A + 0.001", {"A": new}))])
                 if trial.matches(False)[0] == len(got):
                     near, matches = near or _filled([_tables()["near"], said[1]], None), 0
         finally:
-            container[key] = kept
+            _put([(container, key, part) for (container, key, _), part in zip(places, kept)])
         is_plain = not is_exact
         if number is not None:
-            meaning = _meaning(number, _source(kept, text))
+            meaning = _meaning(number, _source(kept[0], text))
             is_plain, said = meaning is not None, [said[0] or meaning or said[0], said[1]]
         if matches == len(got) and (number is None or is_plain):
             return _filled(said, number)
@@ -119,8 +123,22 @@ def sentence(
     return best if count == len(got) or best and not must_be_sure else near
 
 
+def shape_sentence(results: Results, got: list) -> str:
+    """Return a sentence about a first result that has another shape, or ""."""
+    shapes = [np.array(values[:1], object).shape[1:] for values in ([*_quiet(results)], got)]
+    key = "shape" if shapes[0] else "pair"
+    return _tables()[key].format(*shapes) if shapes[0] != shapes[1] else ""
+
+
+def _put(places: list) -> None:
+    """Put each new part into its place."""
+    for container, key, new in places:
+        is_part = isinstance(new, ast.AST)
+        container[key] = ast.fix_missing_locations(new) if is_part else new
+
+
 def _trials(text: str, todo: str, module: str, *known: Any) -> Iterator[tuple]:
-    """Yield (trial, container, key, new part, sentence) of each change of a region."""
+    """Yield (trial, places, sentence) of each change of a region; see _changes."""
     region = regions(text)[todo]
     tree = ast.parse(text)
     for owner in [tree, *(node for node in tree.body if isinstance(node, ast.ClassDef))]:
@@ -152,8 +170,9 @@ class _Trial:
             # A method needs a class around it: super() refers to it.
             owner = ast.parse("class owner: pass").body[0]
             owner.body = [self._node]
-            module = ast.Module([ast.fix_missing_locations(owner)], [])
-            made = compile(module, "<family>", "exec", dont_inherit=True).co_consts[0]
+            made = compile(
+                ast.Module([owner], []), "<family>", "exec", dont_inherit=True
+            ).co_consts[0]
         except (SyntaxError, ValueError, TypeError):
             return 0, None
         name = self._function.__name__
@@ -265,17 +284,14 @@ def _slots(node: ast.AST, first: int, end: int) -> list:
 
 
 def _changes(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tuple]:
-    """Yield (container, key, new part, sentence) of each change of the solution."""
+    """Yield ([(container, key, new part)], sentence) of each change of the solution."""
     yield from _like_functions(slots)
-    yield from _shifted(node, slots, text)
     yield from _without_parentheses(node, slots, text)
-    for pattern, template, said in _tables()["families"]:
-        wanted = ast.parse(pattern, mode="eval").body
-        for container, key in slots:
-            parts: dict = {}
-            if _is_read(container[key]) and _matches(wanted, container[key], parts):
-                names = {name: _name(part, text) for name, part in parts.items()}
-                yield container, key, _made(template, parts), [said, names]
+    sliced = _sliced(node)
+    rows = [(_pattern(pattern), *more) for pattern, *more in _tables()["families"]]
+    for row in rows:
+        for slot in slots:
+            yield from _formed(row, [slot], text, sliced)
     for container, key in slots:
         part = container[key]
         values = getattr(part, "args", getattr(part, "elts", []))
@@ -284,15 +300,60 @@ def _changes(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tuple]:
             swapped[first], swapped[second] = swapped[second], swapped[first]
             names = {"A": _name(values[first], text), "B": _name(values[second], text)}
             field = "args" if isinstance(part, ast.Call) else "elts"
-            yield vars(part), field, swapped, [_tables()["swapped"], names]
+            yield [(vars(part), field, swapped)], [_tables()["swapped"], names]
         if isinstance(part, ast.AugAssign):
             new = ast.copy_location(ast.Assign([part.target], part.value), part)
-            yield container, key, new, [_tables()["kept"], {"A": _name(part.target, text)}]
+            yield [(container, key, new)], [_tables()["kept"], {"A": _name(part.target, text)}]
         if isinstance(part, ast.stmt) and not isinstance(part, ast.Return):
             changed = [*getattr(part, "targets", []), getattr(part, "target", None), part]
             names = {"A": _name(next(filter(None, changed)), text)}
-            yield container, key, ast.copy_location(ast.Pass(), part), [_tables()["line"], names]
+            new = ast.copy_location(ast.Pass(), part)
+            yield [(container, key, new)], [_tables()["line"], names]
+    yield from _wide_factors(slots, text)
+    yield from _without_call(slots, text)
+    for group in _groups(slots):
+        for row in rows:
+            yield from _formed(row, group, text, sliced)
     yield from _other_names(node, slots, text)
+
+
+def _formed(row: tuple, slots: list, text: str, sliced: dict) -> Iterator[tuple]:
+    """Yield the change of all these parts by one family, where all have its form."""
+    wanted, template, said = row
+    places, names = [], {}
+    for container, key in slots:
+        part = container[key]
+        parts: dict = {"S": sliced.get(id(part))} if isinstance(part, ast.Slice) else {}
+        if not _is_read(part) or not _matches(wanted, part, parts):
+            return
+        names = names or {name: _name(part, text) for name, part in parts.items()}
+        places.append((container, key, _made(template, parts)))
+    if len(places) > 1:
+        names["several"] = _tables()["several"].format(len(places))
+    yield places, [said, names]
+
+
+def _groups(slots: list) -> list:
+    """Return the groups of parts beside each other, and of those with the same form."""
+    groups: dict = {}
+    for container, key in slots:
+        part = container[key]
+        if isinstance(part, ast.expr) and key not in ("func", "slice"):
+            groups.setdefault(id(container), []).append((container, key))
+            if not isinstance(part, (ast.Name, ast.Attribute, ast.Constant)):
+                form = re.sub(r"'\w*'|\d[\d.]*", "", ast.dump(part))
+                groups.setdefault(form, []).append((container, key))
+    return [group for group in groups.values() if len(group) > 1]
+
+
+def _sliced(node: ast.AST) -> dict:
+    """Return what is sliced, by the id of the slice."""
+    return {
+        id(part): subscript.value
+        for subscript in ast.walk(node)
+        if isinstance(subscript, ast.Subscript)
+        for part in ast.walk(subscript.slice)
+    }
 
 
 def _like_functions(slots: list) -> Iterator[tuple]:
@@ -304,21 +365,44 @@ def _like_functions(slots: list) -> Iterator[tuple]:
         for alike in _tables()["alike"]:
             for other in alike if name in alike else ():
                 names = {"A": f"`{name}`", "B": f"`{other}`"}
-                yield vars(part), field, other, [_tables()["other"], names]
+                yield [(vars(part), field, other)], [_tables()["other"], names]
 
 
-def _shifted(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tuple]:
-    """Yield the changes of both ends of a slice by 1."""
-    lines = {container[key].lineno for container, key in slots}
-    for part in ast.walk(node):
-        for inner in ast.walk(part.slice) if isinstance(part, ast.Subscript) else ():
-            ends = getattr(inner, "lower", None), getattr(inner, "upper", None)
-            is_here = {getattr(end, "lineno", None) for end in ends} <= lines
-            for by in (-1, 1) if is_here else ():
-                lower, upper = (_made(f"A + {by}", {"A": end}) for end in ends)
-                index = copy.deepcopy(part.slice, {id(inner): ast.Slice(lower, upper, inner.step)})
-                names = {"A": _name(part.value, text)}
-                yield vars(part), "slice", index, [_tables()["shifted"], names]
+def _wide_factors(slots: list, text: str) -> Iterator[tuple]:
+    """Yield the changes of a sum, in which a factor of one term is that of more terms."""
+    for container, key in slots:
+        terms = _terms(container[key])
+        parts: dict = {f"t{i}": part for i, (_, part) in enumerate(terms)}
+        for i, (sign, term) in enumerate(terms):
+            operator = {ast.Mult: "*", ast.Div: "/"}.get(type(getattr(term, "op", None)))
+            pairs = [(term.left, term.right)] if operator else []
+            pairs += [pair[::-1] for pair in pairs if operator == "*"]
+            others = [f"{other} t{k}" for k, (other, _) in enumerate(terms) if k != i]
+            for inside in itertools.product((True, False), repeat=len(others)):
+                wide = " ".join(itertools.compress(others, inside))
+                rest = " ".join(term for term, is_in in zip(others, inside) if not is_in)
+                template = f"0 {rest} {sign} (a {wide}) {operator} b"
+                for first, factor in pairs:
+                    made = _made(template, {**parts, "a": first, "b": factor})
+                    names = {"A": _name(factor, text), "B": _name(first, text)}
+                    yield [(container, key, made)], [_tables()["wide"], names]
+
+
+def _terms(part: Any) -> list:
+    """Return (sign, term) of each term of a sum."""
+    if isinstance(part, ast.BinOp) and isinstance(part.op, (ast.Add, ast.Sub)):
+        return [*_terms(part.left), ("+" if isinstance(part.op, ast.Add) else "-", part.right)]
+    return [("+", part)]
+
+
+def _without_call(slots: list, text: str) -> Iterator[tuple]:
+    """Yield the changes of a call to one of its arguments, or to the difference of two."""
+    for container, key in slots:
+        part = container[key]
+        for count in (1, 2) if isinstance(part, ast.Call) else ():
+            for arguments in itertools.permutations(part.args, count):
+                made = _made(" - ".join("AB"[:count]), dict(zip("AB", arguments)))
+                yield [(container, key, made)], [_tables()["call"], {"A": _name(part, text)}]
 
 
 def _without_parentheses(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tuple]:
@@ -338,7 +422,7 @@ def _without_parentheses(node: ast.FunctionDef, slots: list, text: str) -> Itera
                     is_same = isinstance(new, ast.FunctionDef) and new.lineno == node.lineno
                     if is_same and new.name == node.name:
                         names = {"A": _name(part, text)}
-                        yield vars(node), "body", new.body, [_tables()["brackets"], names]
+                        yield [(vars(node), "body", new.body)], [_tables()["brackets"], names]
 
 
 def _other_names(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tuple]:
@@ -350,19 +434,17 @@ def _other_names(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tupl
     found = dict.fromkeys(_source(box[key], text) for box, key in used)
     for first, second in itertools.combinations(found, 2):
         names = {"A": f"`{first}`", "B": f"`{second}`"}
-        body = copy.deepcopy(node.body)
-        for box, key in _slots(ast.Module(body, []), 0, node.end_lineno or 0):
-            other = {first: second, second: first}.get(_source(box[key], text))
-            if other and (box[key].lineno, key) in {(box[key].lineno, key) for box, key in used}:
-                box[key] = _made("A", {"A": values[other]})
-        yield vars(node), "body", body, [_tables()["swapped"], names]
-    for template, said in ("B", "other"), ("A * B", "times"), ("A / B", "over"):
+        other = {first: copy.deepcopy(values[second]), second: copy.deepcopy(values[first])}
+        sources = [(box, key, _source(box[key], text)) for box, key in used]
+        places = [(*place, other[source]) for *place, source in sources if source in other]
+        yield places, [_tables()["swapped"], names]
+    for template, said in ("B", "other"), ("A * B", "times"), ("A / B", "over"), (_CLIP, "limited"):
         for container, key in used if template == "B" else read:
             part = container[key]
             for name, value in values.items():
                 names = {"A": _name(part, text), "B": f"`{name}`"}
                 made = _made(template, {"A": part, "B": value})
-                yield container, key, made, [_tables()[said], names]
+                yield [(container, key, made)], [_tables()[said], names]
 
 
 def _is_number(part: Any) -> bool:
@@ -374,6 +456,13 @@ def _is_number(part: Any) -> bool:
 
 def _is_read(part: ast.AST) -> bool:
     return isinstance(part, ast.expr) and isinstance(getattr(part, "ctx", ast.Load()), ast.Load)
+
+
+def _pattern(text: str) -> ast.expr:
+    """Return a pattern or a filled template; `S[A:B]` is the slice alone."""
+    part: Any = ast.parse(text, mode="eval").body
+    is_slice = isinstance(part, ast.Subscript) and isinstance(part.slice, ast.Slice)
+    return part.slice if is_slice else part
 
 
 def _matches(pattern: Any, node: Any, parts: dict) -> bool:
@@ -403,7 +492,7 @@ def _made(template: str, parts: dict) -> ast.expr:
                 return copy.deepcopy(parts.get(name.id, name))
             return ast.Attribute(ast.Name(_LIBRARY, ast.Load()), name.id, ast.Load())
 
-    return Filled().visit(ast.parse(template, mode="eval").body)
+    return Filled().visit(_pattern(template))
 
 
 def _uses_number(part: Any) -> bool:
@@ -414,6 +503,8 @@ def _uses_number(part: Any) -> bool:
 def _name(part: ast.AST, text: str) -> str:
     """Return a part as text; of a long one, the name in it that is rarest in the file."""
     shown = _source(part, text)
+    if isinstance(part, ast.Call) and isinstance(part.func, (ast.Name, ast.Attribute)):
+        return f"`{_source(part.func, text)}(...)`"
     if len(shown) <= _SHORT and isinstance(part, (ast.Name, ast.Attribute, ast.Constant)):
         return f"`{shown}`"
     names = [node for node in ast.walk(part) if isinstance(node, (ast.Name, ast.Attribute))]
@@ -448,5 +539,6 @@ def _filled(said: list, number: float | None) -> str:
     text, names = said
     if number is not None and not text:
         text = _tables()["number"]
-    found = text.format(**names, c="" if number is None else f"{number:.4g}")
+    found = names.get("several", "") + text
+    found = found.format(**names, c="" if number is None else f"{number:.4g}")
     return found[:1].upper() + found[1:]

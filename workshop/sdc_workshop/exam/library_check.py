@@ -162,7 +162,8 @@ class LibraryCheck(RegionCheck):
                     return replace(problem, hint=f"{families.CHANGED} {problem.hint}")
         known = solution_text(self.file), str(problem.todo), self._module, results, got
         named = families.sentence(*known, must_be_sure=bool(hint))
-        hint = f"{named} {hint}".strip() or families.UNKNOWN
+        hint = f"{named} {hint}".strip() or families.shape_sentence(results, got)
+        hint = hint or families.UNKNOWN
         return replace(problem, hint=f"{hint} {in_full(law)}".strip())
 
     @staticmethod

@@ -436,10 +436,13 @@ def is_explained(plan: Callable[[Any], list], argument: object, got: list | str)
         return isinstance(got, str) and str(error) in got
 
 
-def mistake_in_rows(explains: Callable[[Callable[[list], list]], bool]) -> str:
+def mistake_in_rows(
+    explains: Callable[[Callable[[list], list]], bool], first: Sequence[float] = (0.0, 0.0, 0.0)
+) -> str:
     """Return the hint of the only row of row_mistakes.yaml that explains what was received, or "".
 
-    `explains` gets a change, and returns whether rows with it are what was received.
+    `explains` gets a change, and returns whether rows with it are what was received; `first` is the
+    first row that was received, where it is known.
     """
 
     def changed(expression: str) -> Callable[[list], list]:
@@ -448,7 +451,7 @@ def mistake_in_rows(explains: Callable[[Callable[[list], list]], bool]) -> str:
         def change(rows: list) -> list:
             if expression.startswith("rows"):
                 return list(eval(code, {"rows": rows}))
-            names = [dict(zip("xyv", (*row, 0.0)), rows=rows) for row in rows]
+            names = [dict(zip("xyv", (*row, 0.0)), rows=rows, first=first) for row in rows]
             return [list(eval(code, known))[: len(rows[0])] for known in names]
 
         return change
@@ -465,7 +468,7 @@ def rows_problem(got: list, wanted: list, what: str, columns: str = "x, y") -> A
     if _equal(got, wanted):
         return None
     first = next((i for i, (a, b) in enumerate(zip(got, wanted)) if not _equal([a], [b])), len(got))
-    hint = mistake_in_rows(lambda change: _equal(got, change(wanted)))
+    hint = mistake_in_rows(lambda change: _equal(got, change(wanted)), *got[:1])
     if not got:
         seen, hint = "no rows", "Is the list empty, or built from something else?"
     elif first < len(wanted) and _equal(got, wanted[:first] + wanted[first + 1 :]):

@@ -77,11 +77,12 @@ class RegionCheck:
         place = f", in `{shown}`" if shown else ""
         if found.library_line and shown:
             place += f" (raised in {found.library_line})"
-        hint = meaning(found, variant.text + solution_text(self.file))
+        region = variant.region_of(found.line) if found.line else None
+        solution = solution_text(self.file)
+        hint = meaning(found, body(solution, region) if region else variant.text + solution)
         for todo in variant.judged if len(variant.judged) == 1 else ():
             hint = f"{hint} {in_full(hint_of(self._step(todo)).hint)}"
         expected, seen = f"{path.name} runs without an error", f"{found.error[:300]}{place}"
-        region = variant.region_of(found.line) if found.line else None
         return replace(mistake(expected, seen, hint, region), line=found.line)
 
     def written(self, text: str, todo: str) -> bool:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import yaml
 
-from sdc_workshop.exam.answer import mistake
+from sdc_workshop.exam.answer import listed, mistake
 from sdc_workshop.regions import Region
 
 _TABLE = Path(__file__).with_name("typical.yaml")
@@ -28,4 +28,7 @@ def mistakes(text: str, region: Region, solution: str) -> list:
                 hint, seen = row["text"].format(*match.groups()), match[0].split("\n")[-1].strip()
                 found.append(mistake(row.get("expected", ""), seen, hint, region.number))
                 break
+    for name in re.findall(r"\bself\.[\w.]+(?=\()", solution):
+        if not re.search(rf"\.{name.split('.')[-1]}\b", code):
+            found.append(listed("not_called", todo=region.number, name=name))
     return found
