@@ -184,7 +184,8 @@ class Scene:
         self._pose = [sum(pair) for pair in zip(row["pose"], offsets)]
         self._speed_mps = row["speed_mps"]
         self._path = path_with(lambda i: float(str(evaluate(row["planned_mps"], {"i": i}))))
-        self._path[0][:2] = row.get("first", self._path[0][:2])
+        for i, point in row.get("moved", {}).items():
+            self._path[i][:2] = point
         self._parameters = parameters
         self.wanted()
 

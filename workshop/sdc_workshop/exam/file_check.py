@@ -166,7 +166,8 @@ class FileCheck(RegionCheck):
         right = _after(region, keyword, until) or region
         # The file may call the command a second time, for what the region does not name.
         names = set(region) - {keyword, *until, _BIN_VALUE}
-        mine = [words for words in mine if names & set(words)] or mine
+        own = [words for words in mine if names & set(words)]
+        mine = own or mine
         for words in mine:
             if "bare" in row and words and keyword not in words and set(words) & set(right):
                 seen = f"{command}({' '.join(words)})"
@@ -176,8 +177,13 @@ class FileCheck(RegionCheck):
             if word not in found:
                 near = difflib.get_close_matches(word, {*found} - {*right}, 1, 0.75)
                 spelt = f"Is {near[0]} misspelt? " if near else ""
+                spelt = "Spaces alone separate words, no commas. " if "," in str(near) else spelt
                 name = word.replace(_BIN_VALUE, _BIN)
-                hint = f"{spelt}{name} is missing. {row['why']}"
+                is_called = near or own or "absent" not in row
+                why = (
+                    row["why"] if is_called else f"{command} is not called for it. {row['absent']}"
+                )
+                hint = f"{spelt}{name} is missing. {why}"
                 seen = ", ".join(found) or "nothing"
                 yield mistake(f"{name} in {form}", seen, hint, row["todo"])
 
@@ -349,6 +355,8 @@ def message_answer(name: str, hint: str, student: Student) -> Answer:
     lines: list = []
     for number, line in enumerate(text.splitlines(), start=1):
         try:
+            if "=" in line.partition("#")[0]:
+                raise ValueError("this makes a constant: a field has no value")
             fields = _fields(line, name)
         except (InvalidMsgSpec, ValueError) as error:
             return listed("field_per_line", path, number, text=line.strip(), error=error)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from sdc_workshop.exam.answer import Answer, listed, mistake
 from sdc_workshop.exam.node import Node, running_node
-from sdc_workshop.exam.output import last_line, warnings
+from sdc_workshop.exam.output import Crash, last_line, meaning, warnings
 from sdc_workshop.exam.region_check import RegionCheck
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.variant import Variant
@@ -146,7 +146,11 @@ class NodeCheck(RegionCheck):
             for row in self._table.get("refused", ()):
                 if row["todo"] in variant.judged and row.get("word", "") in text:
                     seen = f"the node logs: {text}"
-                    return mistake(row["expected"], seen, row["hint"], row["todo"])
+                    # The class of an exception is not logged.
+                    known = (Crash(f"{kind}: {text}", None) for kind in ("TypeError", "ValueError"))
+                    hints = (meaning(crash, unknown="") for crash in known if "word" not in row)
+                    hint = next(filter(None, hints), row["hint"])
+                    return mistake(row["expected"], seen, hint, row["todo"])
         rows = [row for row in self._table["silent"] if row["todo"] in self.todos]
         row = next((row for row in rows if row["todo"] in variant.judged), rows[-1])
         return mistake(row.get("expected", self.answer), row["seen"], row["hint"], row["todo"])

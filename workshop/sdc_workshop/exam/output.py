@@ -21,6 +21,10 @@ _SYNTAX = re.compile(
     re.MULTILINE,
 )
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
+_UNKNOWN = (
+    "Read the last line of the error first; it happened in the line of your file that is named "
+    "above."
+)
 _LOGGED = re.compile(r"^\[(?:FATAL|ERROR|WARN)\] \[[^\]]*\]:? ?(?P<text>.*)", re.MULTILINE)
 
 
@@ -83,14 +87,11 @@ def _meanings() -> list:
     return yaml.safe_load(Path(__file__).with_name("meanings.yaml").read_text(encoding="utf-8"))
 
 
-def meaning(crash: Crash, program: str = "") -> str:
+def meaning(crash: Crash, program: str = "", unknown: str = _UNKNOWN) -> str:
     """Return what an exception in a program means and how to fix it, for a beginner."""
     for kind, pattern, text, *nearby in _meanings():
         match = re.search(pattern, crash.text) if crash.kind == kind else None
         found = match and re.search("".join(nearby).format(*match.groups()), program)
         if match and found:
             return text.format(*match.groups(), *found.groups())
-    return (
-        "Read the last line of the error first; it happened in the line of your file that is named "
-        "above."
-    )
+    return unknown

@@ -386,6 +386,7 @@ class Scene:
     def evaluated(self, expression: str) -> list:
         """Return the rows of an expression `instead` of checks.yaml."""
         x, y, yaw = self._car
+        yaw = math.remainder(yaw, math.tau)  # as the node reads it from the quaternion
         names = {
             "x": x,
             "y": y,

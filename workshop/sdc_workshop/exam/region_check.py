@@ -78,8 +78,10 @@ class RegionCheck:
         if found.library_line and shown:
             place += f" (raised in {found.library_line})"
         region = variant.region_of(found.line) if found.line else None
-        solution = solution_text(self.file)
-        hint = meaning(found, body(solution, region) if region else variant.text + solution)
+        texts = solution_text(self.file), variant.text
+        parts = {region, *variant.judged} if region else {}
+        nearby = [body(text, part) for text in texts for part in sorted(parts)]
+        hint = meaning(found, "\n".join(nearby or texts))
         for todo in variant.judged if len(variant.judged) == 1 else ():
             hint = f"{hint} {in_full(hint_of(self._step(todo)).hint)}"
         expected, seen = f"{path.name} runs without an error", f"{found.error[:300]}{place}"
