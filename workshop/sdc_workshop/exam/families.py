@@ -48,8 +48,6 @@ TOLERANCE = 1e-6
 _EXACT = 1e-7
 # With a number that is by so much greater, the result must be another one.
 _NEAR = 1e-3
-# A part that is limited by another value of its function.
-_CLIP = "clip(A, -abs(B), abs(B))"
 # A part of the solution that is at most so long is shown as it is.
 _SHORT = 24
 
@@ -115,7 +113,7 @@ def sentence(
             meaning = _meaning(number, _source(kept[0], text))
             is_plain, said = meaning is not None, [said[0] or meaning or said[0], said[1]]
         if matches == len(got) and (number is None or is_plain):
-            return _filled(said, number)
+            return f"{near} Or: {_filled(said, number)}" if near else _filled(said, number)
         if matches > count and (is_plain and 4 * matches >= 3 * len(got) or matches == len(got)):
             best, count = _filled(said, number), matches
         if time.process_time() > end_s:
@@ -309,7 +307,7 @@ def _changes(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tuple]:
             names = {"A": _name(next(filter(None, changed)), text)}
             new = ast.copy_location(ast.Pass(), part)
             yield [(container, key, new)], [_tables()["line"], names]
-    yield from _wide_factors(slots, text)
+    yield from _other_sums(slots, text)
     yield from _without_call(slots, text)
     for group in _groups(slots):
         for row in rows:
@@ -334,15 +332,16 @@ def _formed(row: tuple, slots: list, text: str, sliced: dict) -> Iterator[tuple]
 
 
 def _groups(slots: list) -> list:
-    """Return the groups of parts beside each other, and of those with the same form."""
+    """Return the groups of parts beside each other, of equal ones, and of those of one form."""
     groups: dict = {}
     for container, key in slots:
         part = container[key]
         if isinstance(part, ast.expr) and key not in ("func", "slice"):
             groups.setdefault(id(container), []).append((container, key))
+            form = ast.dump(part)
             if not isinstance(part, (ast.Name, ast.Attribute, ast.Constant)):
-                form = re.sub(r"'\w*'|\d[\d.]*", "", ast.dump(part))
-                groups.setdefault(form, []).append((container, key))
+                form = re.sub(r"'\w*'|\d[\d.]*", "", form)
+            groups.setdefault(form, []).append((container, key))
     return [group for group in groups.values() if len(group) > 1]
 
 
@@ -368,12 +367,15 @@ def _like_functions(slots: list) -> Iterator[tuple]:
                 yield [(vars(part), field, other)], [_tables()["other"], names]
 
 
-def _wide_factors(slots: list, text: str) -> Iterator[tuple]:
-    """Yield the changes of a sum, in which a factor of one term is that of more terms."""
+def _other_sums(slots: list, text: str) -> Iterator[tuple]:
+    """Yield the changes of a sum: to one term, and to a factor that is one of more terms."""
     for container, key in slots:
         terms = _terms(container[key])
         parts: dict = {f"t{i}": part for i, (_, part) in enumerate(terms)}
         for i, (sign, term) in enumerate(terms):
+            if len(terms) > 2:
+                names = {"A": _name(term, text)}
+                yield [(container, key, _made(f"{sign} t{i}", parts))], [_tables()["term"], names]
             operator = {ast.Mult: "*", ast.Div: "/"}.get(type(getattr(term, "op", None)))
             pairs = [(term.left, term.right)] if operator else []
             pairs += [pair[::-1] for pair in pairs if operator == "*"]
@@ -431,20 +433,24 @@ def _other_names(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tupl
     used = [(box, key) for box, key in read if isinstance(box[key], (ast.Name, ast.Attribute))]
     values = {argument.arg: ast.Name(argument.arg, ast.Load()) for argument in node.args.args}
     values.update((_source(box[key], text), box[key]) for box, key in used)
-    found = dict.fromkeys(_source(box[key], text) for box, key in used)
+    sources = [(box, key, _source(box[key], text)) for box, key in used]
+    found = dict.fromkeys(source for *_, source in sources)
     for first, second in itertools.combinations(found, 2):
         names = {"A": f"`{first}`", "B": f"`{second}`"}
         other = {first: copy.deepcopy(values[second]), second: copy.deepcopy(values[first])}
-        sources = [(box, key, _source(box[key], text)) for box, key in used]
         places = [(*place, other[source]) for *place, source in sources if source in other]
         yield places, [_tables()["swapped"], names]
-    for template, said in ("B", "other"), ("A * B", "times"), ("A / B", "over"), (_CLIP, "limited"):
+    for first, (name, value) in itertools.product(found, values.items()):
+        names = {"A": f"`{first}`", "B": f"`{name}`"}
+        places = [(*place, copy.deepcopy(value)) for *place, source in sources if source == first]
+        yield places, [_tables()["other"], names]
+    for template, said in _tables()["by_names"]:
         for container, key in used if template == "B" else read:
             part = container[key]
             for name, value in values.items():
                 names = {"A": _name(part, text), "B": f"`{name}`"}
                 made = _made(template, {"A": part, "B": value})
-                yield [(container, key, made)], [_tables()[said], names]
+                yield [(container, key, made)], [said, names]
 
 
 def _is_number(part: Any) -> bool:
@@ -539,6 +545,6 @@ def _filled(said: list, number: float | None) -> str:
     text, names = said
     if number is not None and not text:
         text = _tables()["number"]
-    found = names.get("several", "") + text
+    found = text + names.get("several", "")
     found = found.format(**names, c="" if number is None else f"{number:.4g}")
     return found[:1].upper() + found[1:]

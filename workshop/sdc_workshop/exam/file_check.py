@@ -158,16 +158,13 @@ class FileCheck(RegionCheck):
         command, keyword, until = row["command"], row["keyword"], row.get("until", ())
         form = row.get("form", f"{command}({keyword} ...)")
         mine = [words for name, words in calls if name == command]
-        if not mine and "absent" in row:
-            yield mistake(form, f"{command} is not called", row["absent"], row["todo"])
-            return
+        is_missing = "absent" in row and len(mine) < self._solution.count(f"{command}(")
         text = body(self._solution, row["todo"]).replace(_BIN, _BIN_VALUE)
         region = re.findall(r"[^\s()]+", text)
         right = _after(region, keyword, until) or region
         # The file may call the command a second time, for what the region does not name.
         names = set(region) - {keyword, *until, _BIN_VALUE}
-        own = [words for words in mine if names & set(words)]
-        mine = own or mine
+        mine = [words for words in mine if names & set(words)] or mine
         for words in mine:
             if "bare" in row and words and keyword not in words and set(words) & set(right):
                 seen = f"{command}({' '.join(words)})"
@@ -179,10 +176,8 @@ class FileCheck(RegionCheck):
                 spelt = f"Is {near[0]} misspelt? " if near else ""
                 spelt = "Spaces alone separate words, no commas. " if "," in str(near) else spelt
                 name = word.replace(_BIN_VALUE, _BIN)
-                is_called = near or own or "absent" not in row
-                why = (
-                    row["why"] if is_called else f"{command} is not called for it. {row['absent']}"
-                )
+                absent = f"{command} is not called for it. {row.get('absent')}"
+                why = absent if is_missing and not near else row["why"]
                 hint = f"{spelt}{name} is missing. {why}"
                 seen = ", ".join(found) or "nothing"
                 yield mistake(f"{name} in {form}", seen, hint, row["todo"])
