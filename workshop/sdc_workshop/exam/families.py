@@ -37,7 +37,7 @@ _PASS = "_pass"
 # Fewer results that are yes, no or whole numbers are equal by chance.
 _FEW = 4
 # Processor time for all changes of a region: most need much less, that of a drive more [s].
-_MOST_CPU_S = 2.0
+_MOST_CPU_S = 2.5
 # The first numbers that are tried: the secant method begins with two.
 _TRIALS = (1, 2)
 # How often the number is improved: a result that is linear in it needs one step, others few.
@@ -262,7 +262,7 @@ def _quiet(results: Results) -> Iterator[Any]:
 
 def _slots(node: ast.AST, first: int, end: int) -> list:
     """Return (container, key) of each part in these lines; container[key] is the part."""
-    # What is assigned to is no part.
+    # What is assigned to is no part, but its slice is.
     found: list = []
     queue: list = [node]
     for parent in queue:
@@ -278,13 +278,19 @@ def _slots(node: ast.AST, first: int, end: int) -> list:
                 is_part = isinstance(part, (ast.expr, ast.stmt))
                 if is_part and first <= part.lineno and part.end_lineno <= end:
                     found.append((container, key))
+    assigned = (
+        inner for inner in ast.walk(node) if isinstance(getattr(inner, "ctx", 0), ast.Store)
+    )
+    for inner in assigned:
+        is_slice = isinstance(getattr(inner, "slice", None), ast.Slice)
+        if is_slice and first <= inner.lineno and inner.end_lineno <= end:
+            found.append((vars(inner), "slice"))
     return found
 
 
 def _changes(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tuple]:
     """Yield ([(container, key, new part)], sentence) of each change of the solution."""
     yield from _like_functions(slots)
-    yield from _without_parentheses(node, slots, text)
     sliced = _sliced(node)
     rows = [(_pattern(pattern), *more) for pattern, *more in _tables()["families"]]
     for row in rows:
@@ -407,26 +413,6 @@ def _without_call(slots: list, text: str) -> Iterator[tuple]:
                 yield [(container, key, made)], [_tables()["call"], {"A": _name(part, text)}]
 
 
-def _without_parentheses(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tuple]:
-    """Yield the changes of an expression that loses its parentheses."""
-    lines = _lines(text)
-    for container, key in slots:
-        part = container[key]
-        line, first, end = lines[part.lineno - 1], part.col_offset, part.end_col_offset
-        is_call = re.search(r"[\w\])]$", line[: first - 1]) is not None
-        if not isinstance(part, ast.BinOp) or line[first - 1] != "(" or is_call:
-            continue
-        if part.lineno == part.end_lineno and line[end : end + 1] == ")":
-            changed = [*lines]
-            changed[part.lineno - 1] = f"{line[: first - 1]} {line[first:end]} {line[end + 1 :]}"
-            with contextlib.suppress(SyntaxError):
-                for new in ast.walk(ast.parse("\n".join(changed))):
-                    is_same = isinstance(new, ast.FunctionDef) and new.lineno == node.lineno
-                    if is_same and new.name == node.name:
-                        names = {"A": _name(part, text)}
-                        yield [(vars(node), "body", new.body)], [_tables()["brackets"], names]
-
-
 def _other_names(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tuple]:
     """Yield the changes of a value to another one of the function, and those by another one."""
     read = [(box, key) for box, key in slots if key != "func" and _is_read(box[key])]
@@ -443,7 +429,8 @@ def _other_names(node: ast.FunctionDef, slots: list, text: str) -> Iterator[tupl
     for first, (name, value) in itertools.product(found, values.items()):
         names = {"A": f"`{first}`", "B": f"`{name}`"}
         places = [(*place, copy.deepcopy(value)) for *place, source in sources if source == first]
-        yield places, [_tables()["other"], names]
+        if len(places) > 1:
+            yield places, [_tables()["other"], names]
     for template, said in _tables()["by_names"]:
         for container, key in used if template == "B" else read:
             part = container[key]

@@ -158,7 +158,9 @@ class FileCheck(RegionCheck):
         command, keyword, until = row["command"], row["keyword"], row.get("until", ())
         form = row.get("form", f"{command}({keyword} ...)")
         mine = [words for name, words in calls if name == command]
-        is_missing = "absent" in row and len(mine) < self._solution.count(f"{command}(")
+        is_missing = "absent" in row and len(mine) < len(
+            re.findall(rf"^{command}\(", self._solution, re.MULTILINE)
+        )
         text = body(self._solution, row["todo"]).replace(_BIN, _BIN_VALUE)
         region = re.findall(r"[^\s()]+", text)
         right = _after(region, keyword, until) or region
