@@ -1,9 +1,4 @@
-"""Put the workshop's Python on the path of its tests, and count what the checks judge rightly."""
-
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
+"""Count what the checks judge rightly."""
 
 
 def pytest_terminal_summary(terminalreporter):

@@ -1,6 +1,5 @@
 """Fixtures for tests with a real drive under a ROS master of its own."""
 
-import sys
 from pathlib import Path
 
 import pytest
@@ -8,7 +7,6 @@ import pytest
 from sdc_common.processes import isolated_ros_environment
 from sdc_testing.program import programs
 
-sys.path.insert(0, str(Path(__file__).resolve().parent))  # the helper module of these tests
 ROOT = Path(__file__).resolve().parents[4]
 
 

@@ -1,12 +1,10 @@
-"""Fixtures for tests with real processes under a ROS master, and the path of helper modules."""
+"""Fixtures for tests with real processes under a ROS master."""
 
 import os
-import sys
 
 import pytest
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path.insert(0, HERE)
 
 
 @pytest.fixture
