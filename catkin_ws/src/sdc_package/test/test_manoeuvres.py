@@ -83,6 +83,8 @@ def test_car_beside_a_dense_flow_drives_on_to_where_it_waits_for_a_gap_before_it
     flow = [Other(x, WIDTH_M, 10.0, x).at(0.0) for x in range(500, 700, 12)]
     path = planner.plan(seen_at(600.0, 0.0, 10.0, flow))
     assert path.points[0][2] > 7.0 and 620.0 < planner.decision.stop_m < 692.0
+    # If there is a gap, the car changes lanes as gently as its speed asks for.
+    assert np.abs(np.diff(planner.way.offset_m)).max() < 0.25
 
 
 def test_car_pulls_out_after_the_one_that_comes():

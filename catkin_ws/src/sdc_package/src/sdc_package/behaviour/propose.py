@@ -86,9 +86,12 @@ def ways(scene: StreetScene, keeps_route: bool) -> Iterator[CarWay]:
 def _stays(scene: StreetScene) -> Iterator[CarWay]:
     """Yield the way that stays in the nearest lane and waits for the change of lanes there."""
     road, s, s_m = scene.road, scene.road.route.s, scene.s_m
-    length_m = 2.0 * scene.settings.proposals.shift_m
     after = int(np.searchsorted(road.edge, road.edge[scene.at], side="right"))
     lane_end_m = road.s_m[min(after, len(road.s_m) - 1)] - scene.settings.proposals.wait_m
+    # It can still change lanes at its speed, unless it needs half of its room to stop.
+    length_m = scene.way.shift_length_m(scene.width_m, scene.speed_mps)
+    length_m = min(length_m, 0.5 * (lane_end_m - s_m))
+    length_m = max(length_m, 2.0 * scene.settings.proposals.shift_m)
     begin_m = min(s_m + scene.soon_m, lane_end_m - length_m)
     if begin_m < s_m:
         return
