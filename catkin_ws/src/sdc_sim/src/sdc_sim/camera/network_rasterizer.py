@@ -25,7 +25,10 @@ from sdc_sim.yaml_document import packaged_config
 # Layers from the lowest to the highest: brightness as a share of that of paint, and share of grass
 # 0..255.
 _LAYERS = ((0.22, 140), (0.5, 0), (0.66, 0), (ASPHALT, 0))
-_VERGE, _PAVEMENT, _KERB, _ROAD = range(4)
+_VERGE = 0  # index of the strip of grass and dirt beside a road
+_PAVEMENT = 1  # index of a pavement, a lane of its own
+_KERB = 2  # index of the border of a road
+_ROAD = 3  # index of the asphalt
 # How far the layers of a road reach beyond its lanes [m].
 _BEYOND_M = {_VERGE: MARGIN_M + 1.1, _KERB: MARGIN_M + 0.25, _ROAD: MARGIN_M}
 _PAINT = len(_LAYERS)
