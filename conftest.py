@@ -16,7 +16,7 @@ from hypothesis import HealthCheck, settings
 # Without a catkin build, the tests that need no message import the libraries from their sources.
 if importlib.util.find_spec("sdc_common") is None:
     _SRC = Path(__file__).parent / "catkin_ws" / "src"
-    sys.path += map(str, [*_SRC.glob("*/src"), *_SRC.glob("labs/*/src"), _SRC / "sdc_common/test"])
+    sys.path += map(str, [*_SRC.glob("*/src"), *_SRC.glob("labs/*/src")])
 
 # The examples are the same in every run. No deadline: a busy machine is no failure.
 settings.register_profile("workshop", derandomize=True, deadline=None)

@@ -154,8 +154,7 @@ def test_tests_of_the_library_pass_with_the_wheel():
     found = run(VENV / "bin/python", TESTS, *folders).splitlines()
     files = [line[len("test: ") :] for line in found if line.startswith("test: ")]
     assert len(files) > 60  # the others need ROS
-    helpers = " ".join(map(str, folders))
-    options = ["-o", "addopts=", "-o", f"pythonpath={helpers}", "-p", "no:cacheprovider"]
+    options = ["-o", "addopts=", "-p", "no:cacheprovider"]
     options += ["--import-mode=importlib", "--hypothesis-profile=quick"]
     options += ["-q", "-m", "not slow and not nightly", "-k", f"not {' and not '.join(PROGRAMS)}"]
     output_of([VENV / "bin/python", "-I", "-m", "pytest", *options, *files], ROOT)
