@@ -161,6 +161,21 @@ def test_red_light_counts_when_the_front_crosses_the_line(red, count, kept, tmp_
     assert (metrics["driving_score"] < 99.0) == bool(count)
 
 
+@pytest.mark.parametrize(("line_m", "ends_s"), [(50.0, 70.0), (30.0, 30.0), (400.0, 30.0)])
+def test_car_that_waits_for_a_red_light_is_not_blocked(line_m, ends_s):
+    """The car stands at 40 m; a light is red for 40 s on its way, behind it, or on no way."""
+    rules = RULES._replace(blocked_s=30.0)
+    evaluator = with_route(rules=rules)
+    evaluator.add("stop_lines", [(7, line_m, 0.0, 1.75)])
+    tick = 0
+    while evaluator.drive.progress.status is None and tick < 2000:
+        tick += 1
+        evaluator.add("lights", tick * TICK_NS, [(7, RED if tick * 0.05 < 40.0 else GREEN)])
+        evaluator.add("odometry", tick * TICK_NS, 40.0, 0.0, 0.0, 0.0, 1.0)
+    assert evaluator.drive.progress.status == "blocked"
+    assert tick * 0.05 == pytest.approx(ends_s, abs=0.2)
+
+
 @pytest.mark.parametrize(
     ("events", "awaits"),
     [

@@ -217,7 +217,10 @@ class DriveEvaluation:
         self._last_ns = stamp_ns
         if wall_s is not None:
             self._wall_s[1:] = [wall_s]  # the first and the last
-        sample = self.progress.update(time_s, x_m, y_m, yaw_rad, speed_mps)
+        progress = self.progress
+        if progress.at_rest and self._red_lights.holds(self.route, progress.samples[-1].s_m, z_m):
+            progress.wait_until(time_s)
+        sample = progress.update(time_s, x_m, y_m, yaw_rad, speed_mps)
         self._count_red(self._red_lights.update_car(stamp_ns, self.route, sample.s_m, z_m))
         if self._streets:
             self._count(self._streets.add_car(stamp_ns, sample, z_m))

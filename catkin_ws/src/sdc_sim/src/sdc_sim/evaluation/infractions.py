@@ -12,6 +12,8 @@ from sdc_common.planning.stop_line import RED, StopLine
 # Lines this far before and after the part of the route that a tick covers are checked.
 _MARGIN_M = 2.0
 _MAX_CHANGES = 100
+# A car that is so near to a line may wait for its light, in a queue [m].
+_QUEUE_M = 100.0
 
 
 class RedLightDetector:
@@ -72,6 +74,16 @@ class RedLightDetector:
                 if line_s is not None and before_s < line_s <= front_s:
                     self._crossed.append((stamp_ns, light_id))
         return self._count_red()
+
+    def holds(self, route: Route, s_m: float, z_m: float = math.nan) -> bool:
+        """Return whether a car at a place on the route may wait for a red light."""
+        states = self._changes[-1][1] if self._changes else {}
+        return any(
+            states.get(light_id) == RED
+            and not other_level(line.z_m, z_m)
+            and line.along(route, s_m, _QUEUE_M) is not None
+            for light_id, line in self.lines.items()
+        )
 
     def _count_red(self) -> int:
         until = self._known_until
