@@ -29,7 +29,7 @@ import numpy as np
 from sdc_common.geometry.route import Route
 from sdc_experiments.closed_loop import drive_result
 from sdc_map.crossings import crossings, places_along
-from sdc_map.lane_graph import LaneGraph
+from sdc_map.lane_graph import LaneGraph, NoRouteError
 from sdc_map.map_file import map_file, town_seeds
 from sdc_map.network_file import MapError, load_network
 from sdc_package.behaviour.scene import PEDESTRIAN
@@ -37,6 +37,7 @@ from sdc_sim.evaluation.metrics import comfort_breaks
 from sdc_sim.scenario.map_drive import first_mission
 from sdc_sim.simulation.snapshot import ObstacleState, Snapshot
 
+_SEEDS = 2000  # so many are looked at
 _ABOUT = 0.2  # share within which a route is about as long as wanted
 _BACK_M = 5.0  # the place of the car is searched from this distance behind the last place
 _AHEAD_M = 50.0  # an emergency begins within this distance of the car
@@ -50,12 +51,18 @@ _CAR_WIDTH_M = 2.0
 
 
 def seeds_of(graph: LaneGraph, length_m: int, first: int = 0) -> Iterator[int]:
-    """Yield the seeds from a first one whose routes are about this long; 0: all."""
-    for seed in itertools.count(first):
+    """Yield the seeds from a first one whose routes are about this long; 0: all.
+
+    Raises:
+        MapError: there are too few such seeds
+    """
+    for seed in range(first, first + _SEEDS):
         points_m = first_mission(graph, None, (), seed)[0].points_m if length_m else ()
         away_m = np.hypot(*np.diff(points_m, axis=0).T).sum() - length_m if length_m else 0.0
         if abs(away_m) <= _ABOUT * length_m:
             yield seed
+    text = f"too few of {_SEEDS} routes are about {length_m} m long; take another LENGTH_M"
+    raise MapError(f"{graph.network.name}: {text}")
 
 
 def had_emergency(
@@ -135,16 +142,19 @@ def main() -> None:
     """Run the command line."""
     if len(sys.argv) not in range(2, 7) or not all(word.isdecimal() for word in sys.argv[2:]):
         sys.exit("Usage: map_drives MAP [COUNT [OTHERS [LENGTH_M [FIRST]]]]")
-    path, numbers = sys.argv[1], [int(word) for word in sys.argv[2:]]
-    defaults = (100, 0, 0, 0)
-    count, traffic, length_m, first = (*numbers, *defaults[len(numbers) :])
+    try:
+        _print_drives(sys.argv[1], *map(int, sys.argv[2:]))
+    except (MapError, NoRouteError) as error:
+        sys.exit(f"map_drives: {error}")
+
+
+def _print_drives(
+    path: str, count: int = 100, traffic: int = 0, length_m: int = 0, first: int = 0
+) -> None:
     seeds = town_seeds(path)[:count]
     count = len(seeds) or count
     started_s = time.perf_counter()
-    try:
-        network = load_network(f"random:{seeds[0]}" if seeds else path)
-    except MapError as error:
-        sys.exit(f"map_drives: {error}")
+    network = load_network(f"random:{seeds[0]}" if seeds else path)
     print(f"{network.name}: loaded in {time.perf_counter() - started_s:.2f} s")
     drive = functools.partial(_drive_in_town, traffic, length_m)
     if not seeds:
