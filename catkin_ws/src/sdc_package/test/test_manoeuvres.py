@@ -29,6 +29,12 @@ def test_car_passes_one_at_rest_and_returns():
     assert rows[:, 3].min() > 5.5  # it hardly slows down
 
 
+def test_car_passes_one_that_stands_partly_in_its_lane_beside_the_oncoming_ones():
+    stream = [Other(120.0 + 22.0 * n, WIDTH_M, -6.0, 10 + n) for n in range(25)]
+    rows = drive(two_way(), [Other(100.0, 1.65), *stream], 40.0)
+    assert y_at(rows, 100.0) == pytest.approx(-0.7, abs=0.05)
+
+
 def test_car_waits_for_the_oncoming_one():
     others = [Other(100.0), *(Other(x, WIDTH_M, -8.0, 8 + x) for x in (150.0, 180.0, 230.0))]
     rows = drive(two_way(), others, 50.0)

@@ -43,11 +43,6 @@ class Predicted(NamedTuple):
         """(R,) whether each drives in the direction of the car at first."""
         return self.along_mps[0] > np.abs(self.left_mps)
 
-    @property
-    def moves(self) -> np.ndarray:
-        """(T, R) whether each moves along the route."""
-        return np.abs(self.along_mps) > AT_REST_MPS
-
 
 class Predictor:
     """Predicts road users on a network of streets, so far along their lanes [m]."""

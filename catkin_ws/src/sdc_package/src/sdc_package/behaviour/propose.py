@@ -64,8 +64,8 @@ def proposals(ways: Sequence[CarWay], stops: Sequence[Stop]) -> list[Proposal]:
 def ways(scene: StreetScene, keeps_route: bool) -> Iterator[CarWay]:
     """Yield the ways that the car could take, first the one that it takes."""
     way, s_m, speed_mps = scene.way, scene.s_m, scene.speed_mps
-    settings, wait_m = scene.settings.proposals, math.inf if keeps_route else _wait_m(scene)
-    yield CarWay(KEEP, 0.0, way.offset_m, wait_m)
+    settings, wait_m = scene.settings.proposals, _wait_m(scene, way.offset_m)
+    yield CarWay(KEEP, 0.0, way.offset_m, math.inf if keeps_route else wait_m)
     if keeps_route:
         return
     if abs(way.offset_at(s_m + settings.shift_m)) > SAME_M:
@@ -78,7 +78,7 @@ def ways(scene: StreetScene, keeps_route: bool) -> Iterator[CarWay]:
     if needs_room and np.abs(way.offset_m).max() < PULLS_OUT_M:
         for to_m in (-settings.nudge_m, settings.nudge_m):
             nudge = _there_and_back(scene, to_m, s_m, s_m + scene.soon_m)
-            yield CarWay("nudge", 1.0, nudge, wait_m)
+            yield CarWay("nudge", 1.0, nudge, _wait_m(scene, nudge))
     if scene.changes_lane:
         yield from _stays(scene)
 
@@ -177,9 +177,10 @@ def _there_and_back(
     return out * (1.0 - smooth_step(scene.road.route.s, until_m, length_m))
 
 
-def _wait_m(scene: StreetScene) -> float:
-    """Return where the car waits before one that it could pass, inf: nowhere [m]."""
-    at_rest = scene.blocks & (scene.others.along_mps < AT_REST_MPS)
+def _wait_m(scene: StreetScene, offset_m: np.ndarray) -> float:
+    """Return where the car waits on a way before one that it could pass, inf: nowhere [m]."""
+    blocks = scene.apart_m(scene.ways([offset_m])[0]) < scene.body_m
+    at_rest = blocks & (scene.others.along_mps < AT_REST_MPS)
     rears_m = [float(scene.rear_m[n]) for n in scene.passable if at_rest[n]]
     wait_m = scene.settings.proposals.wait_m
     stop_m = min(rears_m, default=math.inf) - scene.settings.front_m - wait_m

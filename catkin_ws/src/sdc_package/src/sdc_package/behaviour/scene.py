@@ -118,8 +118,7 @@ class StreetScene:
         self.way_y = self.ways([self.way.offset_m])[0]
         # How far apart the centres of the car and each other are if they touch.
         self.body_m = body_m = others.half_width_m + 0.5 * self.settings.width_m
-        apart_m = np.abs(others.y_m - np.interp(others.s_m, self.grid_m, self.way_y))
-        self.rear_m, self.blocks = others.s_m - others.half_length_m, apart_m < body_m
+        self.rear_m, apart_m = others.s_m - others.half_length_m, self.apart_m(self.way_y)
         body_m = body_m + proposing.beside_m
         ahead = (others.s_m > s_m) & (others.s_m < s_m + self.soon_m)
         reach_m = np.abs(others.beside_m) - others.half_width_m
@@ -184,6 +183,10 @@ class StreetScene:
         comes = (self.others.s_m < self.s_m) & (self.others.along_mps > self.speed_mps)
         comes &= np.abs(self.others.beside_m) < near_m
         return [n for n in np.flatnonzero(comes) if self.obstacles[n].kind == AMBULANCE]
+
+    def apart_m(self, way_y: np.ndarray) -> np.ndarray:
+        """Return how far the centre of each other is from a way (G,) on the grid."""
+        return np.abs(self.others.y_m - np.interp(self.others.s_m, self.grid_m, way_y))
 
     def ways(self, offsets_m: Sequence[np.ndarray]) -> np.ndarray:
         """Return (P, G) places across the road on the grid."""

@@ -73,8 +73,7 @@ class _Cars:
         scene, others, margins = self.scene, self.others, self.settings.streets
         acceleration_mps2, braking_mps2 = margins.acceleration_mps2, self.settings.braking_mps2
         root_mps2 = 2.0 * math.sqrt(acceleration_mps2 * braking_mps2)
-        side_m = np.where(others.moves, margins.side_m, self.settings.planner.obstacles.side_m)
-        reach_m = (others.half_width_m + side_m)[:, None]
+        reach_m = (others.half_width_m + margins.side_m)[:, None]
         in_way = np.abs(others.y_m[:, None] - self.its_way_y) < reach_m
         in_way &= others.goes_on & ~self.follows
         leads = np.zeros(in_way.shape[1:], bool)
@@ -120,7 +119,8 @@ class _Cars:
         front_y = way_y[self.rows, self.at(s_m + front_m)][..., None]
         where = [distance_m > front_m, distance_m > -front_m]
         near_y = np.select(where, [front_y, self.its_way_y], place_y)
-        reach_m = others.half_width_m + np.where(others.moves, margins.side_m, 0.0)
+        moves = np.abs(others.along_mps) > AT_REST_MPS
+        reach_m = others.half_width_m + np.where(moves, margins.side_m, 0.0)
         overlap = np.abs(others.y_m[:, None] - near_y) < reach_m[:, None]
         # A new way has greater distances, so that the car is not of two minds.
         factor = np.where(self.is_new, margins.new_factor, 1.0)
