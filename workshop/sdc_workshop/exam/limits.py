@@ -58,18 +58,19 @@ def _made(groups: Path, controller: str) -> Path | None:
         made = (folder / "check", folder / "programs")
         try:
             folder.mkdir()
-            if (folder / "cgroup.controllers").exists():
-                (folder / "cgroup.subtree_control").write_text("+memory")
-                with contextlib.suppress(OSError):
-                    (folder / "cgroup.subtree_control").write_text("+cpu")
+            if (folder / "cgroup.controllers").exists():  # version 2
+                # A group passes controllers on to the groups in it, unless it has processes.
+                for group in (parent, folder):
+                    for controllers in ("+memory", "+memory +cpu"):
+                        with contextlib.suppress(OSError):
+                            (group / "cgroup.subtree_control").write_text(controllers)
             for group, limit in zip(made, (MAX_CHECK_MEMORY, MAX_MEMORY)):
                 group.mkdir()
                 if controller == "memory":
                     _limit(group, limit)
+            return folder
         except OSError:
             _remove(*made, folder)
-            continue
-        return folder
     return None
 
 
@@ -84,14 +85,13 @@ def _parents(groups: Path, controller: str) -> Iterator[Path]:
 
 
 def _limit(group: Path, limit: int) -> None:
-    version_2 = (group / "memory.max").exists()
-    name = "memory.max" if version_2 else "memory.limit_in_bytes"
-    with (group / name).open("r+") as file:  # no new file where the kernel has none
+    memory, swap, swapped = "memory.limit_in_bytes", "memory.memsw.limit_in_bytes", limit
+    if (group / "memory.max").exists():  # version 2
+        memory, swap, swapped = "memory.max", "memory.swap.max", 0
+    with (group / memory).open("r+") as file:  # no new file where the kernel has none
         file.write(str(limit))
-    # A kernel may not count what it swaps.
-    swap = group / ("memory.swap.max" if version_2 else "memory.memsw.limit_in_bytes")
-    if swap.exists():
-        swap.write_text("0" if version_2 else str(limit))
+    if (group / swap).exists():  # a kernel may not count what it swaps
+        (group / swap).write_text(str(swapped))
 
 
 def _remove(*folders: Path) -> None:
