@@ -176,6 +176,9 @@ def test_several_solutions_are_written_and_kept_with_all_answers(folder):
         " 0 of 1",
     ], output
     assert len(progress.statuses(folder)) == 58
+    (folder / "src/sdc_package/msg/Path.msg").rename(folder / "src/sdc_package/scripts/Path.msg")
+    output = run(folder, "messages-8")[1]
+    assert "there is src/sdc_package/scripts/Path.msg" in " ".join(output.split()), output
 
 
 def test_hint_gives_the_line_away_with_the_third_attempt(folder):

@@ -9,7 +9,6 @@ from __future__ import annotations
 import difflib
 import itertools
 import json
-import os
 import re
 import shutil
 import xml.etree.ElementTree as ElementTree
@@ -100,7 +99,8 @@ class FileCheck(RegionCheck):
         known = _documented(ElementTree.fromstring(variant.text))
         for todo in variant.judged:
             got, wanted = _includes(variant.text, todo), _includes(self._solution, todo)
-            for file, include in wanted.items():
+            # First the files that are not included: another may be there in the place of one.
+            for file, include in sorted(wanted.items(), key=lambda item: item[0] in got):
                 yield from _include_problems(file, include, got, known, todo)
 
     def _depends_problems(self, variant: Variant, stage: Stage) -> Iterator[Answer]:
@@ -239,6 +239,8 @@ def _node_problems(command: str, nodes: list, node: dict) -> Iterator[Answer]:
             yield mistake(right, f'{attribute}="{mine[key]}"', f"Write {right}: {why}.", "1")
     if mine["output"] != node["output"]:
         yield listed("output", got=mine["output"] or "log")
+    if node["respawn"] and not mine["respawn"]:
+        yield listed("respawn")
 
 
 def _parameter_problems(command: str, node: str, got: dict, wanted: dict) -> Iterator[Answer]:
@@ -389,10 +391,12 @@ def _fields(text: str, name: str) -> list:
 
 def _missing_message(name: str, hint: str, student: Student) -> Answer:
     file, folder = f"src/{PACKAGE}/msg/{name}.msg", student.src / PACKAGE / "msg"
-    there = os.listdir(folder) if folder.is_dir() else []
+    there = {path.name: path for path in folder.parent.rglob("*")}
     near = difflib.get_close_matches(f"{name}.msg", there, 1, 0.8)
-    if near and not (SOLUTION / PACKAGE / "msg" / near[0]).is_file():
-        return listed("misspelt_message", f"src/{PACKAGE}/msg/{near[0]}", name=file, near=near[0])
+    path = there[near[0]] if near else folder
+    if near and not (path.parent == folder and (SOLUTION / PACKAGE / "msg" / path.name).is_file()):
+        found = path.relative_to(student.src.parent)
+        return listed("misspelt_message", str(found), name=file, near=found)
     return listed("no_file", file, name=file, hint=hint)
 
 

@@ -90,7 +90,7 @@ class RegionCheck:
     def written(self, text: str, todo: str) -> bool:
         """Return whether the student has begun with a region."""
         if regions(text)[todo].first == 0:
-            return bool(body(text, todo).strip())
+            return bool(body(text, todo).strip()) or "\n#!" in text
         return is_written(text, todo)
 
     def answers(self, steps: list, student: Student, stage: Stage) -> dict:
