@@ -1,5 +1,6 @@
 """Drives on maps in one process: to the goal, the same twice, and on when the mission changes."""
 
+import math
 from itertools import islice
 from types import SimpleNamespace
 
@@ -7,9 +8,10 @@ import numpy as np
 import pytest
 
 from sdc_common.geometry.route import Route
-from sdc_experiments.closed_loop import car_with, drive_result
+from sdc_experiments.closed_loop import car_with, drive_result, evaluation_rules
 from sdc_experiments.configuration import node_parameters
 from sdc_experiments.map_drives import had_emergency, main, seeds_of
+from sdc_experiments.recorder import DriveRecorder
 from sdc_map.global_planner import GlobalPlanner
 from sdc_map.lane_graph import LaneGraph
 from sdc_map.network_file import load_network
@@ -18,6 +20,7 @@ from sdc_package.local_planner import PlannerSettings
 from sdc_sim.runner import isolated_drive, launch_arguments
 from sdc_sim.scenario.drive_setup import drive_setup
 from sdc_sim.scenario.map_drive import first_mission
+from sdc_sim.simulation import loop
 from sdc_testing.street_maps import has_libsumo, needs_maps, needs_traffic, town
 
 pytestmark = [needs_maps, pytest.mark.slow(6)]
@@ -178,20 +181,25 @@ def test_new_mission_while_driving_needs_no_stop(path, change):
     world = drive_setup(route=route).simulation()
     settings = PlannerSettings.read(node_parameters("local_planner").__getitem__)
     car = car_with(MissionDriver(route, settings, missions=missions))
-    speeds = []
-    for tick in range(600):
-        if tick == 160 and change == "goal":
+    rules = evaluation_rules(node_parameters("local_planner"), {"new_missions": True})
+    recorder = DriveRecorder(rules, route, world)
+    missions.on_mission = lambda new: recorder.evaluator.set_route(new.points_m)
+    seen = []
+
+    def observe(snapshot):
+        seen.append(snapshot.state)
+        if len(seen) == 160 and change == "goal":
             missions.drive_to([SOUTH])
-        if tick == 160 and change == "closed lane":
+        if len(seen) == 160 and change == "closed lane":
             missions.close(missions.mission.lanes[0])
-        world.step(car.step(world.observation))
-        speeds.append(world.vehicle.state.speed_mps)
-        if tick == 160:
-            lanes = missions.mission.lanes
-    assert min(speeds[150:400]) > 2.0
-    assert lanes[-1].startswith("e_" if change == "goal" else "c_")
+
+    loop.drive(world, car, recorder, 30.0, observe)
+    assert min(state.speed_mps for state in seen[150:400]) > 2.0
     if change == "goal":
-        assert world.vehicle.state.y_m < -20.0 and abs(world.vehicle.state.x_m + 1.6) < 2.5
+        assert missions.mission.lanes[-1].startswith("e_")
+        assert seen[-1].y_m < -20.0 and abs(seen[-1].x_m + 1.6) < 2.5
+    found = recorder.evaluator.drive
+    assert not found.over and math.dist(found.route.points[-1], missions.goals[0]) < 5.0
 
 
 def test_command_drives_between_random_places(path, monkeypatch, capsys):

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from planned_roads import SETTINGS, bend, straight
+from planned_roads import SETTINGS, straight
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.planning.stop_line import GREEN, RED, YELLOW, StopLine
@@ -163,29 +163,6 @@ def reason_at(local, x, y=0.0, yaw=0.0, speed=10.0, obstacles=(), light=None):
     rows = local.plan(first, x, y, yaw, obstacles)
     local.stop_for(light or TrafficLightMonitor(SETTINGS.traffic_lights), rows, speed)
     return local.reason
-
-
-def test_reasons_along_a_bend_name_what_limits_the_speed():
-    local = planner(bend(12.0, math.pi / 2))
-    names = [
-        reason_at(local, x, y, yaw, speed)
-        for x, y, yaw, speed in (
-            (5.0, 0.0, 0.0, 4.0),
-            (35.0, 0.0, 0.0, 10.0),
-            (50.0, 0.0, 0.0, 8.5),
-            (60.0 + 12.0 * math.sin(0.8), 12.0 * (1.0 - math.cos(0.8)), 0.8, 6.0),
-            (72.0, 20.0, math.pi / 2, 7.5),
-            (72.0, 65.0, math.pi / 2, 6.0),
-        )
-    ]
-    assert names == [
-        "accelerating",
-        "cruise",
-        "braking_ahead",
-        "bend",
-        "accelerating",
-        "end_of_route",
-    ]
 
 
 @pytest.mark.parametrize("speed", [0.0, 4.0])

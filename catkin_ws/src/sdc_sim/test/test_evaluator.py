@@ -164,8 +164,7 @@ def test_red_light_counts_when_the_front_crosses_the_line(red, count, kept, tmp_
 @pytest.mark.parametrize(("line_m", "ends_s"), [(50.0, 70.0), (30.0, 30.0), (400.0, 30.0)])
 def test_car_that_waits_for_a_red_light_is_not_blocked(line_m, ends_s):
     """The car stands at 40 m; a light is red for 40 s on its way, behind it, or on no way."""
-    rules = RULES._replace(blocked_s=30.0)
-    evaluator = with_route(rules=rules)
+    evaluator = with_route(rules=RULES._replace(blocked_s=30.0))
     evaluator.add("stop_lines", [(7, line_m, 0.0, 1.75)])
     tick = 0
     while evaluator.drive.progress.status is None and tick < 2000:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Callable, Mapping, Sequence, Union, cast
 import numpy as np
 
 from sdc_common.configuration import node_config
-from sdc_common.driving import Observation, Path
+from sdc_common.driving import Observation, Path, points_as_sent
 from sdc_common.geometry.segments import use_machine_code
 from sdc_common.planning.stop_line import StopLine
 from sdc_experiments.configuration import node_parameters, planner_parameters
@@ -113,12 +113,15 @@ def drive_result(  # noqa: PLR0913  all by name, as those of ./drive
     missions = setup.missions
     world = setup.simulation(compiled)
     limits = _limits(planner_options, lacking, missions is not None)
-    lines = stop_lines_of(world.lights)
-    known = lines, missions, world.observation, lacking
+    known = stop_lines_of(world.lights), missions, world.observation, lacking
     chosen, waypoints_m = own_planner(limits, setup.waypoints_m, *known)
     car = car_with(function_planner(planner) if planner else chosen, steering, controller_options)
-    rules = evaluation_rules(limits, {"map": setup.parameters["map_path"], **referee_options})
+    on_map = {"map": setup.parameters["map_path"], "new_missions": missions is not None}
+    rules = evaluation_rules(limits, {**on_map, **referee_options})
     recorder = DriveRecorder(rules, waypoints_m, world, watch)
+    if missions is not None:
+        follow = recorder.evaluator.set_route
+        missions.on_mission = lambda mission: follow(points_as_sent(mission.points_m))
     loop.drive(world, car, recorder, longest_s, observe)
     return recorder.evaluator.result()
 

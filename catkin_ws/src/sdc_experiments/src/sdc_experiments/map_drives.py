@@ -61,8 +61,7 @@ def seeds_of(graph: LaneGraph, length_m: int, first: int = 0) -> Iterator[int]:
         away_m = np.hypot(*np.diff(points_m, axis=0).T).sum() - length_m if length_m else 0.0
         if abs(away_m) <= _ABOUT * length_m:
             yield seed
-    text = f"too few of {_SEEDS} routes are about {length_m} m long; take another LENGTH_M"
-    raise MapError(f"{graph.network.name}: {text}")
+    raise MapError(f"too few of {_SEEDS} routes are about {length_m} m long; take another LENGTH_M")
 
 
 def had_emergency(
@@ -142,15 +141,8 @@ def main() -> None:
     """Run the command line."""
     if len(sys.argv) not in range(2, 7) or not all(word.isdecimal() for word in sys.argv[2:]):
         sys.exit("Usage: map_drives MAP [COUNT [OTHERS [LENGTH_M [FIRST]]]]")
-    try:
-        _print_drives(sys.argv[1], *map(int, sys.argv[2:]))
-    except (MapError, NoRouteError) as error:
-        sys.exit(f"map_drives: {error}")
-
-
-def _print_drives(
-    path: str, count: int = 100, traffic: int = 0, length_m: int = 0, first: int = 0
-) -> None:
+    path, numbers = sys.argv[1], [int(word) for word in sys.argv[2:]]
+    count, traffic, length_m, first = (*numbers, *(100, 0, 0, 0)[len(numbers) :])
     seeds = town_seeds(path)[:count]
     count = len(seeds) or count
     started_s = time.perf_counter()
@@ -206,4 +198,7 @@ def _print_in_traffic(seeds: list[int], metrics: list[dict[str, Any]]) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except (MapError, NoRouteError) as error:
+        sys.exit(f"map_drives: {error}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Sequence
+from typing import Callable, Sequence
 
 from sdc_common.geometry.polyline import Polyline
 from sdc_map.lane_graph import LaneGraph
@@ -27,6 +27,7 @@ class GlobalPlanner:
         closed: ids of closed lanes
         mission: the last mission, None before the first one
         graph: the ways between the lanes
+        on_mission: called with each new mission
     """
 
     def __init__(self, network: Network, goals: Sequence[Point] = ()):
@@ -34,6 +35,7 @@ class GlobalPlanner:
         self.closed: set[str] = set()
         self.mission: Mission | None = None
         self.graph = LaneGraph(network)
+        self.on_mission: Callable[[Mission], None] = lambda _: None
         self.drive_to(goals)
 
     def drive_to(self, goals: Sequence[Point]) -> None:
@@ -76,6 +78,7 @@ class GlobalPlanner:
         )
         self._line = Polyline(mission.points_m.tolist(), extend=False)
         self._s_m, self._ends_m = 0.0, list(mission.ends_m)
+        self.on_mission(mission)
         return mission
 
     def _is_lost(self, x_m: float, y_m: float, yaw_rad: float, z_m: float) -> bool:

@@ -57,10 +57,6 @@ class Course:
                 return place
             near_s_m = place.s_m
 
-    def is_measured(self, s_m: float) -> bool:
-        """Return whether errors count at an arc length."""
-        return any(start <= s_m <= end for start, end in self.measured)
-
 
 def _piecewise(name: str, knots_m: np.ndarray, curvatures: np.ndarray, *measured: tuple) -> Course:
     """Return a course whose curvature is linear between knots."""

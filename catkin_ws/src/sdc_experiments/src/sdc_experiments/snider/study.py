@@ -79,7 +79,7 @@ def drive(method: Method, course: Course, speed_mps: float, car: VehicleParamete
         centre = course.place(state.x_m, state.y_m, near)
         near = centre.s_m
         point = course.place(*point_of(state, method.point_m), near + method.point_m)
-        if course.is_measured(near):
+        if any(start <= near <= end for start, end in course.measured):
             point_m = max(point_m, abs(point.cross_track_m))
             centre_m = max(centre_m, abs(centre.cross_track_m))
         if near > course.length_m - _END_BEFORE_M:

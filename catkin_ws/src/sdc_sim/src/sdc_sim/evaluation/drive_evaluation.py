@@ -29,6 +29,7 @@ _SCENE_INTERVAL_S = 0.5
 _NS_PER_S = 1_000_000_000
 # A longer time between two odometry messages counts as unseen.
 _MAX_GAP_S = 1.0
+_AT_REST_MPS = 0.5
 # The pace of the first seconds does not predict the rest of the drive.
 _MIN_PACE_S = 5.0
 # A reason applies until the next one, but no longer than this after its stamp.
@@ -217,10 +218,10 @@ class DriveEvaluation:
         self._last_ns = stamp_ns
         if wall_s is not None:
             self._wall_s[1:] = [wall_s]  # the first and the last
-        progress = self.progress
-        if progress.at_rest and self._red_lights.holds(self.route, progress.samples[-1].s_m, z_m):
-            progress.wait_until(time_s)
-        sample = progress.update(time_s, x_m, y_m, yaw_rad, speed_mps)
+        may_wait = seen and speed_mps < _AT_REST_MPS
+        if may_wait and self._red_lights.holds(self.route, self.progress.samples[-1].s_m, z_m):
+            self.progress.wait_until(time_s)
+        sample = self.progress.update(time_s, x_m, y_m, yaw_rad, speed_mps)
         self._count_red(self._red_lights.update_car(stamp_ns, self.route, sample.s_m, z_m))
         if self._streets:
             self._count(self._streets.add_car(stamp_ns, sample, z_m))

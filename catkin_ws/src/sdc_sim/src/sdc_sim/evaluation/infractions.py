@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from typing import Iterator
 
 from sdc_common.driving import other_level
 from sdc_common.geometry.route import Route
@@ -12,7 +13,7 @@ from sdc_common.planning.stop_line import RED, StopLine
 # Lines this far before and after the part of the route that a tick covers are checked.
 _MARGIN_M = 2.0
 _MAX_CHANGES = 100
-# A car that is so near to a line may wait for its light, in a queue [m].
+# A car waits for a light that is so near ahead [m].
 _QUEUE_M = 100.0
 
 
@@ -65,25 +66,24 @@ class RedLightDetector:
         self._now = stamp_ns
         self._front_s = front_s if before_s is None else max(front_s, before_s)
         if before_s is not None and front_s > before_s:
-            for light_id, line in self.lines.items():
-                if other_level(line.z_m, z_m):
-                    continue
-                line_s = line.along(
-                    route, max(0.0, before_s - _MARGIN_M), front_s - before_s + 2.0 * _MARGIN_M
-                )
-                if line_s is not None and before_s < line_s <= front_s:
+            begin_s, ahead_m = max(0.0, before_s - _MARGIN_M), front_s - before_s + 2.0 * _MARGIN_M
+            for light_id, line_s in self._lines_along(route, begin_s, ahead_m, z_m):
+                if before_s < line_s <= front_s:
                     self._crossed.append((stamp_ns, light_id))
         return self._count_red()
 
-    def holds(self, route: Route, s_m: float, z_m: float = math.nan) -> bool:
-        """Return whether a car at a place on the route may wait for a red light."""
+    def holds(self, route: Route, s_m: float, z_m: float) -> bool:
+        """Return whether a car at a place on the route may wait for a red light, in a queue."""
         states = self._changes[-1][1] if self._changes else {}
-        return any(
-            states.get(light_id) == RED
-            and not other_level(line.z_m, z_m)
-            and line.along(route, s_m, _QUEUE_M) is not None
-            for light_id, line in self.lines.items()
-        )
+        return any(states.get(n) == RED for n, _ in self._lines_along(route, s_m, _QUEUE_M, z_m))
+
+    def _lines_along(
+        self, route: Route, from_m: float, ahead_m: float, z_m: float
+    ) -> Iterator[tuple[int, float]]:
+        for light_id, line in self.lines.items():
+            line_s = line.along(route, from_m, ahead_m)
+            if line_s is not None and not other_level(line.z_m, z_m):
+                yield light_id, line_s
 
     def _count_red(self) -> int:
         until = self._known_until

@@ -92,11 +92,6 @@ class RouteProgress:
         """Return the simulated time [s] since the first odometry."""
         return self.samples[-1].time_s - self._started_at_s if self.samples else 0.0
 
-    @property
-    def at_rest(self) -> bool:
-        """Return whether the car is at rest at the last odometry."""
-        return bool(self.samples) and self.samples[-1].speed_mps < _STANDSTILL_MPS
-
     def wait_until(self, time_s: float) -> None:
         """Do not count the time from the last odometry on as time without progress."""
         self._progress_at_s += time_s - self.samples[-1].time_s

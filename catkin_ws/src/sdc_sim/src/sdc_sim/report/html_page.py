@@ -129,7 +129,10 @@ def slider_data(result: DriveEvaluation) -> str:
     route = result.progress.route.points
     data = {
         "start_s": start_s,
-        "ticks": {name: _packed(column) for name, column in ticks.items()},
+        "ticks": {  # little-endian 32-bit floats
+            name: base64.b64encode(column.astype("<f4").tobytes()).decode()
+            for name, column in ticks.items()
+        },
         "reasons": [[name, SPEED_REASONS.get(name, "")] for name in texts["reason"]],
         "details": texts["detail"],
         "route": _rounded(route[:: len(route) // _MAX_ROUTE_POINTS + 1]),
@@ -141,11 +144,6 @@ def slider_data(result: DriveEvaluation) -> str:
         "pictures": [[round(taken_s - start_s, 3), jpeg] for taken_s, jpeg in pictures],
     }
     return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-
-
-def _packed(column: np.ndarray) -> str:
-    """Return numbers as base64 of little-endian 32-bit floats."""
-    return base64.b64encode(column.astype("<f4").tobytes()).decode()
 
 
 def _rounded(rows: Any) -> list:
