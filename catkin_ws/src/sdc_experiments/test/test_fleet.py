@@ -44,11 +44,3 @@ def test_fleet_equals_single_vehicles(preset, friction, threads):
     for name in FIELDS:
         expected = [getattr(vehicle.state, name) for vehicle in vehicles]
         np.testing.assert_array_equal(fleet.state[name], expected)
-
-
-def test_reset_moves_only_the_named_vehicles():
-    fleet = VehicleFleet(vehicle_preset("tesla_model3"), 3)
-    fleet.state["speed_mps"][:] = 5.0
-    fleet.reset(np.array([1]), np.array([2.0]), np.array([3.0]), np.array([0.5]))
-    assert fleet.state["speed_mps"].tolist() == [5.0, 0.0, 5.0]
-    assert fleet.state["yaw_rad"].tolist() == [0.0, 0.5, 0.0]

@@ -228,6 +228,13 @@ def test_car_brakes_as_hard_as_it_can_only_where_its_best_proposal_meets_someone
         assert (planner.reason, planner.detail) == ("obstacle", "brakes hard for car 7")
 
 
+def test_car_does_not_start_before_one_has_crossed_its_way(town, street):
+    points_m, route, s_m = street
+    planner = new_planner(town[0], points_m)
+    speeds = plan(planner, route, s_m, 0.0, [car_at(street, 5.5, -1.0, QUARTER, 1.4)])
+    assert max(speeds) == 0.0 and planner.decision.s_m[-1] > s_m + 10.0
+
+
 def test_car_that_is_too_fast_does_not_brake_for_that_and_for_the_one_ahead_in_sum(town, street):
     points_m, route, s_m = street
     planner = new_planner(town[0], points_m)

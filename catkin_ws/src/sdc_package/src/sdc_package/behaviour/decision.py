@@ -103,8 +103,9 @@ def decide(scene: StreetScene, predictor: Predictor, score: Score, keeps_route: 
         detail = "; ".join(filter(None, (because(best, other), because(other, best))))
     elif len(leaders):
         reason, detail = OBSTACLE, name_of(others.user[leaders[others.s_m[0, leaders].argmin()]])
-    # The car stops where it would become so slow.
-    stops = brakes_hard | (result.speed_mps[:, best] < AT_REST_MPS)
+    # The car stops where it would become so slow; where it would wait and drive on, it stays.
+    waits = np.logical_or.accumulate(np.append(False, result.speed_mps[1:, best] == 0.0))
+    stops = brakes_hard | waits | (result.speed_mps[:, best] < AT_REST_MPS)
     speeds = result.s_m[:, best], np.where(stops, 0.0, result.speed_mps[:, best])
     if not (reason or len(others.user) or result.braking_mps2[best]):  # all is free
         speeds = (), ()
