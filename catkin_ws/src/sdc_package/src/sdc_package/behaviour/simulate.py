@@ -141,5 +141,4 @@ class _Cars:
         settled[2:] = is_behind[2:] & is_behind[1:-1] & is_behind[:-2]
         settled = np.logical_or.accumulate(settled, axis=0) | self.follows
         contact = (cuts_in | meets) & ~settled
-        contact[0] = False  # no proposal changes what is now
         return np.where(contact.any(axis=0), STEP_S * contact.argmax(axis=0), math.inf)
