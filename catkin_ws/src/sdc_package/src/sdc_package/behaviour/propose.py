@@ -64,8 +64,9 @@ def proposals(ways: Sequence[CarWay], stops: Sequence[Stop]) -> list[Proposal]:
 def ways(scene: StreetScene, keeps_route: bool) -> Iterator[CarWay]:
     """Yield the ways that the car could take, first the one that it takes."""
     way, s_m, speed_mps = scene.way, scene.s_m, scene.speed_mps
-    settings, wait_m = scene.settings.proposals, _wait_m(scene, way.offset_m)
-    yield CarWay(KEEP, 0.0, way.offset_m, math.inf if keeps_route else wait_m)
+    settings = scene.settings.proposals
+    wait_m = math.inf if keeps_route else _wait_m(scene, scene.apart_m)
+    yield CarWay(KEEP, 0.0, way.offset_m, wait_m)
     if keeps_route:
         return
     if abs(way.offset_at(s_m + settings.shift_m)) > SAME_M:
@@ -78,7 +79,8 @@ def ways(scene: StreetScene, keeps_route: bool) -> Iterator[CarWay]:
     if needs_room and np.abs(way.offset_m).max() < PULLS_OUT_M:
         for to_m in (-settings.nudge_m, settings.nudge_m):
             nudge = _there_and_back(scene, to_m, s_m, s_m + scene.soon_m)
-            yield CarWay("nudge", 1.0, nudge, _wait_m(scene, nudge))
+            apart_m = scene.apart_from(scene.ways([nudge])[0])
+            yield CarWay("nudge", 1.0, nudge, _wait_m(scene, apart_m))
     if scene.changes_lane:
         yield from _stays(scene)
 
@@ -177,10 +179,9 @@ def _there_and_back(
     return out * (1.0 - smooth_step(scene.road.route.s, until_m, length_m))
 
 
-def _wait_m(scene: StreetScene, offset_m: np.ndarray) -> float:
-    """Return where the car waits on a way before one that it could pass, inf: nowhere [m]."""
-    blocks = scene.apart_m(scene.ways([offset_m])[0]) < scene.body_m
-    at_rest = blocks & (scene.others.along_mps < AT_REST_MPS)
+def _wait_m(scene: StreetScene, apart_m: np.ndarray) -> float:
+    """Return where the car waits on a way, so far from the others, inf: nowhere [m]."""
+    at_rest = (apart_m < scene.body_m) & (scene.others.along_mps < AT_REST_MPS)
     rears_m = [float(scene.rear_m[n]) for n in scene.passable if at_rest[n]]
     wait_m = scene.settings.proposals.wait_m
     stop_m = min(rears_m, default=math.inf) - scene.settings.front_m - wait_m

@@ -118,7 +118,7 @@ class StreetScene:
         self.way_y = self.ways([self.way.offset_m])[0]
         # How far apart the centres of the car and each other are if they touch.
         self.body_m = body_m = others.half_width_m + 0.5 * self.settings.width_m
-        self.rear_m, apart_m = others.s_m - others.half_length_m, self.apart_m(self.way_y)
+        self.rear_m, self.apart_m = others.s_m - others.half_length_m, self.apart_from(self.way_y)
         body_m = body_m + proposing.beside_m
         ahead = (others.s_m > s_m) & (others.s_m < s_m + self.soon_m)
         reach_m = np.abs(others.beside_m) - others.half_width_m
@@ -127,11 +127,11 @@ class StreetScene:
         self.is_invaded = bool((invades & (reach_m < 0.5 * self.width_m - SAME_M)).any())
         self.changes_lane = bool(np.ptp(self.route_y[self.soon]) > _CHANGE_M)
         usual_mps = np.interp(others.s_m, self.grid_m, self.most_mps)
-        slow = ahead & (apart_m < body_m) & (others.along_mps < proposing.share * usual_mps)
+        slow = ahead & (self.apart_m < body_m) & (others.along_mps < proposing.share * usual_mps)
         passable = self._passable(np.abs(others.beside_m) < body_m, slow)
         self.passable = [n for n in passable if ahead[n]]
         # Who drives on the way of the car already.
-        self.is_ahead = ahead & (apart_m < self.inside_m)
+        self.is_ahead = ahead & (self.apart_m < self.inside_m)
         self.is_ahead &= others.along_mps >= math.cos(ALONG_RAD) * motions[3]
 
     def _passable(self, on_route: np.ndarray, slow: np.ndarray) -> list[int]:
@@ -184,7 +184,7 @@ class StreetScene:
         comes &= np.abs(self.others.beside_m) < near_m
         return [n for n in np.flatnonzero(comes) if self.obstacles[n].kind == AMBULANCE]
 
-    def apart_m(self, way_y: np.ndarray) -> np.ndarray:
+    def apart_from(self, way_y: np.ndarray) -> np.ndarray:
         """Return how far the centre of each other is from a way (G,) on the grid."""
         return np.abs(self.others.y_m - np.interp(self.others.s_m, self.grid_m, way_y))
 
