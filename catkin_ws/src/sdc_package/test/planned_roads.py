@@ -1,7 +1,5 @@
 """Roads to plan on, and the shipped parameters of the planners to plan with."""
 
-import math
-
 import numpy as np
 
 from sdc_common.configuration import node_config
@@ -28,10 +26,3 @@ def straight(length, step=1.0):
     return np.column_stack(
         [np.arange(0.0, length + step / 2, step), np.zeros(int(round(length / step)) + 1)]
     )
-
-
-def bend(radius, angle, before=60.0, after=60.0):
-    turned = np.arange(1.0, radius * angle) / radius
-    arc = np.column_stack([before + radius * np.sin(turned), radius * (1.0 - np.cos(turned))])
-    away = np.array([math.cos(turned[-1]), math.sin(turned[-1])])
-    return np.vstack([straight(before), arc, arc[-1] + np.outer(np.arange(1.0, after), away)])

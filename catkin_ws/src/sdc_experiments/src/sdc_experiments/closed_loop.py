@@ -120,8 +120,7 @@ def drive_result(  # noqa: PLR0913  all by name, as those of ./drive
     rules = evaluation_rules(limits, {**on_map, **referee_options})
     recorder = DriveRecorder(rules, waypoints_m, world, watch)
     if missions is not None:
-        follow = recorder.evaluator.set_route
-        missions.on_mission = lambda mission: follow(points_as_sent(mission.points_m))
+        missions.on_mission = lambda new: recorder.evaluator.set_route(points_as_sent(new.points_m))
     loop.drive(world, car, recorder, longest_s, observe)
     return recorder.evaluator.result()
 

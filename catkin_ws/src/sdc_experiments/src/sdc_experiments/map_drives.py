@@ -6,9 +6,8 @@ Prints the time to load the map, and of COUNT drives (100) with seeds from FIRST
 complete, the greatest errors, a sum of all traces, which is the same in each run, and how the
 drives ended with which infractions; each drive that is not clean has a line when it ends. Among
 OTHERS road users it also prints the collisions, those at fault, how many drives were comfortable,
-and the time of a tick. With LENGTH_M it takes the seeds whose routes are about as long. Of a MAP
-random:FIRST-LAST, each drive is in another town, with the seed of the town, or the next one whose
-route is as long.
+and the time of a tick. With LENGTH_M it takes the seeds whose routes are about as long. In a MAP
+random:FIRST-LAST each drive has a town of its own, and its seed or the next with such a route.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ from sdc_sim.evaluation.metrics import comfort_breaks
 from sdc_sim.scenario.map_drive import first_mission
 from sdc_sim.simulation.snapshot import ObstacleState, Snapshot
 
-_SEEDS = 2000  # so many are looked at
+_SEEDS = 500  # so many may follow each other whose routes have another length
 _ABOUT = 0.2  # share within which a route is about as long as wanted
 _BACK_M = 5.0  # the place of the car is searched from this distance behind the last place
 _AHEAD_M = 50.0  # an emergency begins within this distance of the car
@@ -56,12 +55,14 @@ def seeds_of(graph: LaneGraph, length_m: int, first: int = 0) -> Iterator[int]:
     Raises:
         MapError: there are too few such seeds
     """
-    for seed in range(first, first + _SEEDS):
+    for seed in itertools.count(first):
         points_m = first_mission(graph, None, (), seed)[0].points_m if length_m else ()
         away_m = np.hypot(*np.diff(points_m, axis=0).T).sum() - length_m if length_m else 0.0
         if abs(away_m) <= _ABOUT * length_m:
             yield seed
-    raise MapError(f"too few of {_SEEDS} routes are about {length_m} m long; take another LENGTH_M")
+            first = seed
+        if seed - first >= _SEEDS:
+            raise MapError(f"none of {_SEEDS} routes is about {length_m} m long; change LENGTH_M")
 
 
 def had_emergency(

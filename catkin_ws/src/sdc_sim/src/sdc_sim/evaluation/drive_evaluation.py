@@ -29,7 +29,7 @@ _SCENE_INTERVAL_S = 0.5
 _NS_PER_S = 1_000_000_000
 # A longer time between two odometry messages counts as unseen.
 _MAX_GAP_S = 1.0
-_AT_REST_MPS = 0.5
+_AT_REST_MPS = 0.5  # a slower car may wait for a red light
 # The pace of the first seconds does not predict the rest of the drive.
 _MIN_PACE_S = 5.0
 # A reason applies until the next one, but no longer than this after its stamp.
