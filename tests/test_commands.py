@@ -20,6 +20,7 @@ COMMANDS = [name for name in TABLE if " " not in name]
 # (command, words, end of the one line)
 WRONG = [
     ("drive", "map:=nope", "map:=nope: unknown name, and no such file; use one of town"),
+    ("drive", "sim_options:={friction:0.6}", "{friction:0.6}: write a space behind each colon"),
     ("drive", "sync:=maybe", "sync:=maybe: must be true or false"),
     ("drive", "sync", "unknown argument 'sync'; write sync:=VALUE"),
     ("drive", "sinc:=true", "unknown argument 'sinc:=true'; did you mean 'sync'?"),
