@@ -37,8 +37,8 @@ def test_shift_in_a_bend_is_as_slow_as_both_ask_for():
     route = Route(circle)
     path = OffsetPath(route, MPS, SETTINGS)
     offset_m = path.shifted(path.offset_m, -3.5, 60.0, MPS)
-    most_mps = path.bend_mps(offset_m, route.s)
-    bends = np.gradient(np.gradient(offset_m, route.s), route.s) + 1.0 / radius_m
+    bends = np.gradient(np.gradient(offset_m, route.s), route.s)
+    most_mps = path.bend_mps(bends, route.curvature, route.s)
     shifting = (route.s > 62.0) & (route.s < 98.0)
-    lateral_mps2 = (most_mps**2 * np.abs(bends))[shifting]
+    lateral_mps2 = (most_mps**2 * np.abs(bends + 1.0 / radius_m))[shifting]
     assert lateral_mps2.max() < 2.01 * SETTINGS.proposals.shift_mps2

@@ -87,13 +87,11 @@ class OffsetPath:
         turning_m = 2.0 * turns * speed_mps**2 / most_mps2
         return max(least_m, turning_m + speed_mps * math.sqrt(_PEAK * abs(shift_m) / most_mps2))
 
-    def bend_mps(self, offset_m: np.ndarray, s_m: np.ndarray) -> np.ndarray:
+    def bend_mps(self, bend: np.ndarray, road_bend: np.ndarray, s_m: np.ndarray) -> np.ndarray:
         """Return the speeds (..., N) with which the car follows the bends of lines [m/s].
 
-        The lines are so far beside the route at these arc lengths (N,), which are 1 m apart [m].
+        The lines bend so much more (..., N) than the route (N,) [1/m], at arc lengths 1 m apart.
         """
-        bend = np.gradient(np.gradient(offset_m, s_m, axis=-1), s_m, axis=-1)
-        road_bend = np.interp(s_m, self._route.s, self._route.curvature)
         # Where it is as good as parallel to the route, the speeds of the route are right.
         bend = np.where(np.abs(bend) > _STRAIGHT, np.abs(bend + road_bend), 0.0)
         bend = maximum_filter1d(bend, int(self._shifts.shift_m))

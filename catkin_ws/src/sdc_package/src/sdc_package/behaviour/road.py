@@ -23,7 +23,7 @@ NOTHING, SAME, ONCOMING, BEHIND_LINE = range(4)
 # Who is less oblique to a lane drives along it.
 ALONG_RAD = math.radians(30.0)
 # A pass of the same place counts as so much farther away for each metre along the route.
-_PASS = 0.01
+_PASS = 0.05
 # Oncoming lanes are looked up so near to where they are expected [m].
 _BESIDE_M = 1.5
 # Length of the road after the end of the route, on which others come [m].

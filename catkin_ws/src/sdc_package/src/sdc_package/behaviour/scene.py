@@ -103,6 +103,7 @@ class StreetScene:
         motions = np.array(poses).reshape(-1, 5).T
         self.others = others = road.along(s_m, self.sight_m, motions, users)
         self.route_y = np.interp(self.grid_m, road.s_m, road.route_y_m)
+        self.road_bend = np.interp(self.grid_m, road.route.s, road.route.curvature)
         self.most_mps = np.interp(self.grid_m, road.route.s, road.speed_mps)
         self.soon_m = proposing.soon_s * float(self.most_mps[self.here :].max())
         self.soon = slice(self.here, self.here + int(self.soon_m / GRID_M) + 1)

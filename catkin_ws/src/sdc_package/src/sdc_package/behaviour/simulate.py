@@ -52,16 +52,18 @@ class _Cars:
         numbers = [proposal.number for proposal in proposals]
         self.way_y = ways_y[numbers]
         self.its_way_y = self.way_y[self.rows[:, None], self.at(others.s_m)[:, None]]  # (T, P, R)
-        bends_mps = scene.way.bend_mps(ways_y - scene.route_y, scene.grid_m)
+        bend = np.gradient(np.gradient(ways_y - scene.route_y, axis=1), axis=1) / GRID_M**2
+        bends_mps = scene.way.bend_mps(bend, scene.road_bend, scene.grid_m)
+        self.bend = (bend + scene.road_bend)[numbers]
         shares = np.array([[proposal.share] for proposal in proposals])
         self.most_mps = np.minimum(scene.most_mps * shares, bends_mps[numbers])
         light_m = scene.stop.s_m if scene.stop else math.inf
         self.stops_m = np.array([min(proposal.stop_m, light_m) for proposal in proposals])
         at_rest = scene.speed_mps < AT_REST_MPS  # it has yet to begin
         self.is_new = np.array([[proposal.way.new > 0.0 or at_rest] for proposal in proposals])
-        on_lane = np.abs(others.y_m[0] - self.way_y[0, scene.here]) < others.half_width_m[0]
-        # Who is behind the car on its lane now.
-        self.follows = on_lane & others.aligned & (others.s_m[0] < scene.s_m)
+        on_way = np.abs(others.y_m[0] - self.way_y[0, scene.here]) < 0.5 * self.settings.width_m
+        # Whose middle is behind the car now.
+        self.follows = on_way & others.aligned & (others.s_m[0] < scene.s_m)
 
     def at(self, s_m: np.ndarray) -> np.ndarray:
         """Return the indices of the places on the grid at arc lengths."""
@@ -119,6 +121,10 @@ class _Cars:
         front_y = way_y[self.rows, self.at(s_m + front_m)][..., None]
         where = [distance_m > front_m, distance_m > -front_m]
         near_y = np.select(where, [front_y, self.its_way_y], place_y)
+        # It turns about its rear axle, half way to its end: its front is outside of a bend.
+        part_m = np.clip(distance_m, -front_m, front_m)
+        bend = self.bend[self.rows, self.at(s_m)][..., None]
+        near_y -= 0.5 * bend * part_m * (part_m + front_m)
         moves = np.abs(others.along_mps) > AT_REST_MPS
         reach_m = others.half_width_m + np.where(moves, margins.side_m, 0.0)
         overlap = np.abs(others.y_m[:, None] - near_y) < reach_m[:, None]

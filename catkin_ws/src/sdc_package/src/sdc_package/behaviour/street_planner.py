@@ -192,18 +192,10 @@ class StreetPlanner:
         if not (observation.obstacles or self.way.until_m):
             self.decision = Decision()
             return
-        scene = StreetScene(
-            self._road,
-            self.way,
-            self._settings,
-            self._tracker,
-            observation,
-            s_m,
-            local.horizon_m,
-            [*self._entered, *self._crossings[:2]],
-            stop,
-            observation.speed_mps > AT_REST_MPS or stood_s > self._settings.streets.waits_s,
-        )
+        has_waited = observation.speed_mps > AT_REST_MPS or stood_s > self._settings.streets.waits_s
+        crossings = [*self._entered, *self._crossings[:2]]
+        known = self._road, self.way, self._settings, self._tracker, observation
+        scene = StreetScene(*known, s_m, local.horizon_m, crossings, stop, has_waited)
         self.decision = decide(scene, self._predictor, self._score, self._keeps_route)
         chosen = self.decision.proposal
         if chosen is not None and chosen.way.name != KEEP:
