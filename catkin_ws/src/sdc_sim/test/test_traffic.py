@@ -12,7 +12,7 @@ from sdc_common.validation import DocumentError
 from sdc_map.map_file import map_file
 from sdc_map.network import WALKING
 from sdc_map.network_file import load_network
-from sdc_sim.physics.collision import Rectangle
+from sdc_sim.physics.collision import Rectangle, overlap
 from sdc_sim.physics.traffic_lights import COLOURS
 from sdc_sim.scenario.drive_setup import drive_setup
 from sdc_sim.traffic import lights
@@ -148,7 +148,6 @@ def test_others_give_way_to_our_car_on_the_main_road(path, network, mission):
         speeds = []
         for tick in range(240):
             ego = car_on(network, "a_0", s_m + 0.5 * tick * is_near)
-            ego = ego if is_near or tick else ego
             traffic.advance(ego, 10.0 * is_near, False, FREE)
             if "other" in libsumo.vehicle.getIDList():
                 speeds.append(libsumo.vehicle.getSpeed("other"))
@@ -167,6 +166,17 @@ def test_one_that_is_held_stops_and_drives_on(path, network):
 
     assert after(120, frozenset({fastest.id})) < 0.1
     assert after(60, FREE) > 1.0
+
+
+def test_pedestrian_who_would_walk_into_our_standing_car_leaves_the_road(path, network):
+    traffic, far = start(path, network), car_on(network, "a_0", 60.0)
+    users = standing(traffic, far, 100)[-1]
+    walker = next(one for one in users if one.kind == "pedestrian" and one.speed_mps > 0.5)
+    ahead_x, ahead_y = 4.0 * math.cos(walker.yaw_rad), 4.0 * math.sin(walker.yaw_rad)
+    ego = Rectangle(walker.x_m + ahead_x, walker.y_m + ahead_y, walker.yaw_rad, 4.7, 2.0)
+    for _ in range(100):
+        users = traffic.advance(ego, 0.0, True, FREE)
+        assert not any(overlap(one.rectangle, ego) for one in users)
 
 
 @pytest.mark.parametrize("kind", ["static", "actuated"])

@@ -84,10 +84,9 @@ def build_simulation(
         arguments = values["map_path"], values["traffic"], seed, tick_s, waypoints_m
         traffic = part_of_map("traffic.sumo_traffic", *arguments)
     sensors = sensors_that_are_on(values)
-    suite = None
-    if sensors:
-        scenery = partial(_scenery, values["map_path"], waypoints_m)
-        suite = SensorSuite(sensors, vehicle.parameters, tick_s, seed, route, scenery)
+    scenery = partial(_scenery, values["map_path"], waypoints_m)
+    known = vehicle.parameters, tick_s, seed, route, scenery
+    suite = SensorSuite(sensors, *known) if sensors else None
     return Simulation(
         vehicle,
         tick_s,

@@ -21,7 +21,7 @@ from sdc_common.validation import DocumentError
 from sdc_map.mirror import negated
 from sdc_map.network import edge_of
 from sdc_map.network_file import load_network
-from sdc_sim.physics.collision import Rectangle
+from sdc_sim.physics.collision import Rectangle, overlap
 from sdc_sim.physics.obstacles import FIRST_TRAFFIC_ID, ObstacleState
 from sdc_sim.yaml_document import config_path
 
@@ -34,6 +34,7 @@ _FAR_M = 500.0  # road users farther from the car are replaced
 _CLEAR_M = 40.0  # no road user begins closer to the car
 _SIGHT_M = 100.0  # none begins in this sight of the car while it drives, if there are other streets
 _GENTLE_MPS2 = 3.0
+_AROUND_M = 0.2  # who would walk into a standing car leaves the road so far before it
 _ROUTE_EDGES = 80  # longest route; it may end before at a dead end
 _PLACES = 4  # number of places to which a pedestrian walks
 _SHORTEST_EDGE_M = 15.0
@@ -210,10 +211,8 @@ class SumoTraffic:
         return Streets(edges, places[:, :2], places[:, 2], ordered)
 
     def _may_use(self, lane: str, vehicle_class: str) -> bool:
-        allowed = self._sumo.lane.getAllowed(lane)
-        if allowed:
-            return vehicle_class in allowed
-        return vehicle_class not in self._sumo.lane.getDisallowed(lane)
+        allowed, refused = self._sumo.lane.getAllowed(lane), self._sumo.lane.getDisallowed(lane)
+        return vehicle_class in allowed if allowed else vehicle_class not in refused
 
     def _edges_along(self, points_m: np.ndarray) -> Iterator[str]:
         """Return the edges along a way, in order."""
@@ -262,7 +261,10 @@ class SumoTraffic:
                     continue  # It waits for room on its street.
                 distance_m = math.hypot(state.x_m - ego.x_m, state.y_m - ego.y_m)
                 room_m = _CLEAR_M + max(stopping_m, state.speed_mps**2 / (2.0 * _GENTLE_MPS2))
-                if distance_m > _FAR_M + stopping_m or (name in begun and distance_m < room_m):
+                leaves = distance_m > _FAR_M + stopping_m or (name in begun and distance_m < room_m)
+                if not speed_mps and domain is self._sumo.person:
+                    leaves = leaves or bool(overlap(state.rectangle, ego.grown(_AROUND_M)))
+                if leaves:
                     domain.unsubscribe(name)
                     domain.remove(name)
                     del self._users[name]
@@ -326,9 +328,8 @@ class SumoTraffic:
         y_m = front_y_m - back_m * math.sin(yaw_rad)
         # SUMO's speed of a pedestrian at the edge of a walking area is sometimes NaN.
         speed_mps = max(mps, 0.0) if math.isfinite(mps) else 0.0
-        place = x_m, y_m, yaw_rad, *kind.size_m, speed_mps
-        z_m = front_z_m + back_m * math.tan(pitch_rad)
-        return ObstacleState(number, kind.kind, *place, z_m, pitch_rad)
+        place = x_m, y_m, yaw_rad, *kind.size_m, speed_mps, front_z_m + back_m * math.tan(pitch_rad)
+        return ObstacleState(number, kind.kind, *place, pitch_rad)
 
     def _domain(self, name: str) -> Any:
         is_person = self._users[name].vehicle_class == _PEDESTRIAN
