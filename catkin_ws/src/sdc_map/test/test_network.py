@@ -503,9 +503,10 @@ _UTF_16 = ('<?xml version="1.0" encoding="UTF-16"?>' + _MAPS["line"]).encode("ut
         ("MAP.XODR", _UTF_16),
         ("a.xodr", _UTF_16.decode("utf-16").replace("UTF-16", "UTF-8").encode("utf-16")),
         ("a.xodr", _UTF_16.decode("utf-16").encode()),
+        ("a.xodr", _MAPS["line"].replace("<road ", "<!-- Straße --><road ").encode("latin-1")),
         ("map.xodr.gz", gzip.compress(_MAPS["line"].encode())),
     ],
-    ids=["UTF-16", "UTF-16 that declares UTF-8", "UTF-8 that declares UTF-16", "packed"],
+    ids=["UTF-16", "UTF-16 as UTF-8", "UTF-8 as UTF-16", "umlaut without encoding", "packed"],
 )
 def test_upper_case_endings_utf_16_and_packed_files_are_read(tmp_path, name, content):
     path = tmp_path / name

@@ -147,6 +147,5 @@ def test_car_knows_that_its_front_swings_out_in_a_tight_bend(outside_m, passes):
 @pytest.mark.parametrize(("y_m", "starts"), [(0.9, True), (2.3, False)])
 def test_car_starts_before_one_behind_it_but_not_before_one_that_passes_it(y_m, starts):
     planner = new_planner(two_lanes(), changing(100.0))
-    place = 112.0, float(np.interp(112.0, *changing(100.0).T)), 0.0
-    path = planner.plan(seen_at(*place, [Other(104.0, y_m, 6.0).at(0.0)]))
+    path = planner.plan(seen_at(*changing(100.0)[112], 0.0, [Other(104.0, y_m, 6.0).at(0.0)]))
     assert (max(mps for *_, mps in path.points[:5]) > 0.0) == starts

@@ -131,11 +131,12 @@ def _parsed(path: str, tag: str) -> ElementTree.Element:
 
 
 def _decoded(content: bytes) -> str | bytes:
-    """Return the text of a file in UTF-16, or of one in UTF-8 that declares UTF-16."""
+    """Return the text of a file; the parser decodes one that declares another encoding than UTF."""
     if content[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
         return content.decode("utf-16")
-    declared = re.match(rb"(\xef\xbb\xbf)?<\?xml[^>]*utf-16", content, re.IGNORECASE)
-    return content.decode("utf-8-sig") if declared else content
+    is_other = re.match(rb"<\?xml[^>]*encoding\s*=\s*.(?!utf)", content, re.IGNORECASE)
+    # A letter in another encoding, as of the name of a street, must not refuse the map.
+    return content if is_other else content.decode("utf-8-sig", "replace")
 
 
 def _moved(path: str, root: ElementTree.Element, findings: Findings) -> tuple[str, bool]:
