@@ -33,8 +33,7 @@ def test_shift_that_is_given_up_has_no_kink(given_up_m):
 
 def test_shift_in_a_bend_is_as_slow_as_both_ask_for():
     radius_m, angles = 60.0, np.arange(200.0) / 60.0
-    circle = radius_m * np.column_stack([np.sin(angles), 1.0 - np.cos(angles)])
-    route = Route(circle)
+    route = Route(radius_m * np.column_stack([np.sin(angles), 1.0 - np.cos(angles)]))
     path = OffsetPath(route, MPS, SETTINGS)
     offset_m = path.shifted(path.offset_m, -3.5, 60.0, MPS)
     bends = np.gradient(np.gradient(offset_m, route.s), route.s)

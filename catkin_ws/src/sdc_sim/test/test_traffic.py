@@ -248,11 +248,13 @@ def test_traffic_without_a_map_or_without_libsumo_is_one_line(path, monkeypatch)
     assert "\n" not in str(error.value)
 
 
-def test_lights_of_rails_which_have_no_phases_are_left_as_they_are(tmp_path):
-    path = town(tmp_path, mid="rail_signal")
-    network = load_network(path)
-    traffic = start(path, network)
+def test_rails_without_phases_and_projections_without_data_are_no_problem(tmp_path, capfd):
+    net = Path(town(tmp_path, mid="rail_signal"))
+    net.write_text(net.read_text().replace('projParameter="!"', 'projParameter="+proj=utm"'))
+    network = load_network(str(net))
+    traffic = start(str(net), network)
     assert len(standing(traffic, car_on(network, "a_0", 60.0), 20)[-1]) > 5
+    assert "proj.db" not in capfd.readouterr().err
 
 
 def test_file_that_is_no_network_is_one_line(tmp_path):

@@ -150,7 +150,8 @@ def _moved(path: str, root: ElementTree.Element, findings: Findings) -> tuple[st
     first = f"junction {nodes[0].get('id')}" if nodes else ""
     shift_m = shift_to_origin(places.reshape(-1, 2), findings, first)
     is_left = move_net(root, shift_m)
-    if not (findings.places or is_left):
+    projections = {location.get("projParameter", "!") for location in root.iter("location")}
+    if not (findings.places or is_left or projections - {"!"}):
         return path, False
     folder = cached(ElementTree.tostring(root), lambda made: _write(root, made))
     return os.path.join(folder, _NET), is_left

@@ -1,8 +1,12 @@
-"""Load what a parameter names as `module:name`."""
+"""Load what a parameter names as `module:name`.
+
+Check one with: python3 -m sdc_package.named PARAMETER MODULE:NAME
+"""
 
 from __future__ import annotations
 
 import importlib
+import sys
 from typing import Any
 
 # A student's workspace has the package of a lab only after this command.
@@ -25,3 +29,10 @@ def load_named(parameter: str, named: str) -> Any:
             command = _COMMANDS_OF_LABS[missing_package]
             fix = f"{command} in the folder of the project adds it to the workspace DIR"
         raise ValueError(f"{parameter} cannot be loaded: {error}; {fix}") from error
+
+
+if __name__ == "__main__":
+    try:
+        load_named("{} '{}'".format(*sys.argv[1:]), sys.argv[2])
+    except ValueError as problem:
+        sys.exit(f"drive: {problem}")
