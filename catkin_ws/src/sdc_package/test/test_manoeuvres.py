@@ -16,6 +16,7 @@ from street_drives import (
     y_at,
 )
 
+from sdc_common.driving import DetectedObstacle
 from sdc_map.network import BROKEN, SOLID
 
 pytestmark = pytest.mark.slow(20)
@@ -33,6 +34,12 @@ def test_car_passes_one_that_stands_partly_in_its_lane_beside_the_oncoming_ones(
     stream = [Other(120.0 + 22.0 * n, WIDTH_M, -6.0, 10 + n) for n in range(25)]
     rows = drive(two_way(), [Other(100.0, 1.65), *stream], 40.0)
     assert y_at(rows, 100.0) == pytest.approx(-0.7, abs=0.05)
+
+
+def test_car_drives_on_beside_an_oncoming_one_that_waits_with_a_corner_in_its_lane():
+    lorry = DetectedObstacle(60.0, 2.43, 0.2 - np.pi, 7.5, 2.3, 0.0, 7, "lorry")
+    path = new_planner(two_way(), straight(300.0)).plan(seen_at(45.0, 0.0, 8.0, [lorry]))
+    assert min(mps for *_, mps in path.points) > 0.0
 
 
 def test_car_waits_for_the_oncoming_one():

@@ -110,8 +110,7 @@ class StreetScene:
         self.top_mps = float(self.most_mps[self.soon].max())
         self.shifts_mps = max(self.speed_mps, proposing.share * self.top_mps)
         self.lines_m = lines_m = np.array([crossing.line_m for crossing in road.crossings])
-        self.end_m = min(lines_m[lines_m > s_m], default=road.route.length_m)
-        self.at = road.at(s_m)
+        self.end_m, self.at = min(lines_m[lines_m > s_m], default=road.route.length_m), road.at(s_m)
         self.width_m = float(road.width_m[self.at])
         self.inside_m = 0.5 * (self.width_m - self.settings.width_m)
         self.left = road.left[road.at(self.grid_m)]
@@ -122,14 +121,16 @@ class StreetScene:
         self.rear_m, self.apart_m = others.s_m - others.half_length_m, self.apart_from(self.way_y)
         body_m = body_m + proposing.beside_m
         ahead = (others.s_m > s_m) & (others.s_m < s_m + self.soon_m)
-        reach_m = np.abs(others.beside_m) - others.half_width_m
-        # An oncoming one reaches into the lane; after the route, its lane is not known.
-        invades = ahead & (others.along_mps < -AT_REST_MPS) & (others.s_m < road.route.length_m)
-        self.is_invaded = bool((invades & (reach_m < 0.5 * self.width_m - SAME_M)).any())
+        away_m, half_m = np.abs(others.beside_m), 0.5 * self.width_m
+        # Who is oncoming, or beside the lane and does not drive along it, reaches into the lane;
+        # after the route, the lane is not known.
+        most_mps = np.where(away_m > half_m, AT_REST_MPS, -AT_REST_MPS)
+        invades = ahead & (others.along_mps < most_mps) & (others.s_m < road.route.length_m)
+        self.is_invaded = bool((invades & (away_m - others.half_width_m < half_m - SAME_M)).any())
         self.changes_lane = bool(np.ptp(self.route_y[self.soon]) > _CHANGE_M)
         usual_mps = np.interp(others.s_m, self.grid_m, self.most_mps)
         slow = ahead & (self.apart_m < body_m) & (others.along_mps < proposing.share * usual_mps)
-        passable = self._passable(np.abs(others.beside_m) < body_m, slow)
+        passable = self._passable(away_m < body_m, slow)
         self.passable = [n for n in passable if ahead[n]]
         # Who drives on the way of the car already.
         self.is_ahead = ahead & (self.apart_m < self.inside_m)

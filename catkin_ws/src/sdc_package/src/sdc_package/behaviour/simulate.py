@@ -75,7 +75,8 @@ class _Cars:
         scene, others, margins = self.scene, self.others, self.settings.streets
         acceleration_mps2, braking_mps2 = margins.acceleration_mps2, self.settings.braking_mps2
         root_mps2 = 2.0 * math.sqrt(acceleration_mps2 * braking_mps2)
-        reach_m = (others.half_width_m + margins.side_m)[:, None]
+        moves = np.abs(others.along_mps) > AT_REST_MPS
+        reach_m = (others.half_width_m + np.where(moves, margins.side_m, SAME_M))[:, None]
         in_way = np.abs(others.y_m[:, None] - self.its_way_y) < reach_m
         in_way &= others.goes_on & ~self.follows
         leads = np.zeros(in_way.shape[1:], bool)
