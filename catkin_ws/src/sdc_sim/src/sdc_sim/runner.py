@@ -82,10 +82,8 @@ def launch_arguments(name: str, report: str, arguments: Mapping[str, str]) -> di
     start, goals = (given_points(word, arguments) for word in ("start", "goal"))
     place = arguments.get("map", ""), start[0] if start else None, goals or None
     setup = drive_setup(name, route, options, *place)
-    own: dict[str, str] = {}
+    own = {"obstacles_path": os.path.abspath(scenario.path)} if name else {}
     of_map: dict[str, str] = {}
-    if name:
-        own["obstacles_path"] = os.path.abspath(scenario.path)
     if isinstance(scenario.route, str):
         own["waypoints_path"] = find_route(scenario.path, scenario.route)
     if scenario.sensors is not None:
@@ -227,8 +225,7 @@ class CheckedDrive:
         with open(self.log_path, encoding="utf-8", errors="replace") as file:
             # A drive that does not advance prints the same line many times.
             lines = [line for line, _ in itertools.groupby(file.read().splitlines())]
-        tail = lines[-_LOG_TAIL_LINES:]
-        return "\n".join([f"the last lines of {self.log_path}:", *tail])
+        return "\n".join([f"the last lines of {self.log_path}:", *lines[-_LOG_TAIL_LINES:]])
 
 
 @contextlib.contextmanager
@@ -287,10 +284,8 @@ def _terminate(launch: subprocess.Popen) -> None:
         if launch.poll() is not None:
             return
         os.killpg(launch.pid, signal_number)
-        try:
+        with contextlib.suppress(subprocess.TimeoutExpired):
             launch.wait(_SHUTDOWN_TIMEOUT_S)
-        except subprocess.TimeoutExpired:
-            continue
 
 
 def _print_check(name: str, scenario: Scenario, report_path: str) -> int:

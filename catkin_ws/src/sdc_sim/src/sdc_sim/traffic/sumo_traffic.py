@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import itertools
 import math
 import os
 import random
@@ -16,8 +17,9 @@ from typing import AbstractSet, Any, Iterable, Iterator, NamedTuple
 import numpy as np
 
 from sdc_common.configuration import how_to_install
-from sdc_common.geometry.road_line import arc_lengths
+from sdc_common.geometry.route import Route
 from sdc_common.validation import DocumentError
+from sdc_map.crossings import places_along
 from sdc_map.mirror import negated
 from sdc_map.network import edge_of
 from sdc_map.network_file import load_network
@@ -36,9 +38,9 @@ _SIGHT_M = 100.0  # none begins in this sight of the car while it drives, if the
 _GENTLE_MPS2 = 3.0
 _AROUND_M = 0.2  # who would walk into a standing car leaves the road so far before it
 _ROUTE_EDGES = 80  # longest route; it may end before at a dead end
+_PATIENCE_S = 20.0  # who has waited so long in a lane that leads elsewhere drives there
 _PLACES = 4  # number of places to which a pedestrian walks
 _SHORTEST_EDGE_M = 15.0
-_MISSION_STEP_M = 4.0
 _ON_ROUTE_M = 2.0  # the car is on its route within this distance
 _EXPECTED_EDGES = 3  # number of edges on which others expect a car that is off its route
 _MOST_BETWEEN = 4  # most edges of the connection between two edges of a way
@@ -86,7 +88,7 @@ class SumoTraffic:
         count: number of road users
         seed: seed of routes and behaviour
         tick_s: duration of a tick [s]
-        mission_m: (N, 2) way that the car begins to drive, by which the others know where it turns
+        mission: edges that the car begins to drive along: the others know where it turns
         is_mirror: whether the map is the mirror image of SUMO's network, with traffic on the left
 
     Raises:
@@ -101,7 +103,7 @@ class SumoTraffic:
         count: int,
         seed: int,
         tick_s: float,
-        mission_m: np.ndarray,
+        mission: Iterable[str],
         is_mirror: bool = False,
     ) -> None:
         self._sumo = sumo = _libsumo()
@@ -118,7 +120,7 @@ class SumoTraffic:
         self._kinds = {
             name: kind for name, kind in self._kinds.items() if kind.vehicle_class in self._streets
         }
-        self._mission = self._connected(self._edges_along(mission_m))
+        self._mission = self._connected(mission)
         read = importlib.import_module("traci.constants")
         self._read = read.VAR_POSITION3D, read.VAR_ANGLE, read.VAR_SPEED, read.VAR_SLOPE
 
@@ -190,21 +192,18 @@ class SumoTraffic:
 
     def _streets_for(self, vehicle_class: str) -> Streets:
         lanes = self._sumo.lane
-        names = [name for name in lanes.getIDList() if name[0] != ":"]
-        usable = {name for name in names if self._may_use(name, vehicle_class)}
+        names = (name for name in lanes.getIDList() if name[0] != ":")
+        usable = dict.fromkeys(name for name in names if self._may_use(name, vehicle_class))
         following: dict[str, dict[str, str]] = {}
         place = {}
-        for name in names:
-            if name in usable:
-                edge, shape = edge_of(name), lanes.getShape(name)
-                place[edge] = (*shape[len(shape) // 2], lanes.getLength(name))
-                ways = [link for link in lanes.getLinks(name) if link[0] in usable]
-                after = {edge_of(link[0]): link[6] for link in ways}
-                following.setdefault(edge, {}).update(after)
+        for name in usable:
+            edge, shape = edge_of(name), lanes.getShape(name)
+            place[edge] = (*shape[len(shape) // 2], lanes.getLength(name))
+            links = [link for link in lanes.getLinks(name) if link[0] in usable]
+            following.setdefault(edge, {}).update({edge_of(link[0]): link[6] for link in links})
         edges = [edge for edge, (_, _, length_m) in place.items() if length_m > _SHORTEST_EDGE_M]
         places = np.array([place[edge] for edge in edges]).reshape(-1, 3)
-        # Straight on comes first.
-        ordered = {
+        ordered = {  # straight on comes first
             edge: sorted(after, key=lambda link: (after[link] != "s", link))  # noqa: B023
             for edge, after in following.items()
         }
@@ -214,29 +213,14 @@ class SumoTraffic:
         allowed, refused = self._sumo.lane.getAllowed(lane), self._sumo.lane.getDisallowed(lane)
         return vehicle_class in allowed if allowed else vehicle_class not in refused
 
-    def _edges_along(self, points_m: np.ndarray) -> Iterator[str]:
-        """Return the edges along a way, in order."""
-        points_m = points_m * (1.0, -1.0 if self._is_mirror else 1.0)
-        s_m = arc_lengths(points_m)
-        last = ""
-        for row in np.unique(s_m // _MISSION_STEP_M, return_index=True)[1]:
-            x, y = points_m[row].tolist()
-            edge = self._sumo.simulation.convertRoad(x, y, False, "passenger")[0]
-            if edge and edge[0] != ":" and edge != last:
-                yield edge
-                last = edge
-
     def _connected(self, edges: Iterable[str]) -> list[str]:
         """Return a route over edges, with the short ones between that no point of the way is on."""
         route: list[str] = []
         for edge in edges:
-            if route:
-                between = self._sumo.simulation.findRoute(route[-1], edge).edges
-                if not 0 < len(between) <= _MOST_BETWEEN:
-                    break
-                route += between[1:]
-            else:
-                route = [edge]
+            between = self._sumo.simulation.findRoute((route or [edge])[-1], edge).edges
+            if not 0 < len(between) <= _MOST_BETWEEN:
+                break
+            route += between[bool(route) :]
         return route or self._streets["passenger"].edges[:1]
 
     def _step(
@@ -270,6 +254,8 @@ class SumoTraffic:
                     del self._users[name]
                 else:
                     states.append(self._mirrored(state))
+                    if domain.getWaitingTime(name) > _PATIENCE_S and domain is self._sumo.vehicle:
+                        self._leave_queue(name)
         return states
 
     def _add_ego(self, ego: Rectangle) -> None:
@@ -350,15 +336,31 @@ class SumoTraffic:
             for walk in walks:
                 self._sumo.person.appendStage(name, walk)
         else:
-            route = [edge]
-            while len(route) < _ROUTE_EDGES and streets.following[route[-1]]:
-                route.append(self._random.choice(streets.following[route[-1]]))
-            self._sumo.route.add(name, route)
+            self._sumo.route.add(name, self._route(streets, edge))
             place = {"departLane": "free", "departPos": "random_free", "departSpeed": "max"}
             self._sumo.vehicle.add(name, name, drawn, **place)
         self._users[name] = kind
         self._next_id += 1
         self._domain(name).subscribe(name, self._read)
+
+    def _route(self, streets: Streets, *edges: str) -> list[str]:
+        """Return a drawn way that begins with these edges."""
+        route = [*edges]
+        while len(route) < _ROUTE_EDGES and streets.following[route[-1]]:
+            route.append(self._random.choice(streets.following[route[-1]]))
+        return route
+
+    def _leave_queue(self, name: str) -> None:
+        """Let one that waits for another lane go where its own lane leads.
+
+        Two that wait for the lanes of each other would wait for ever, with all behind them.
+        """
+        vehicle, streets = self._sumo.vehicle, self._streets[self._users[name].vehicle_class]
+        ahead = vehicle.getRoute(name)[vehicle.getRouteIndex(name) :]
+        links = self._sumo.lane.getLinks(vehicle.getLaneID(name))
+        ways = {edge_of(link[0]) for link in links} & {*streets.following.get(ahead[0], ())}
+        if ahead[1:] and ways and ahead[1] not in ways:
+            vehicle.setRoute(name, self._route(streets, ahead[0], min(ways)))
 
     def _drawn_edge(self, streets: Streets, ego: Rectangle, from_m: float, until_m: float) -> str:
         distance_m = np.hypot(*(streets.middles_m - (ego.x_m, ego.y_m)).T)
@@ -379,7 +381,10 @@ class SumoTraffic:
 def of_map(path: str, count: int, seed: int, tick_s: float, mission_m: np.ndarray) -> SumoTraffic:
     """Return the traffic on a map; see SumoTraffic."""
     network = load_network(path)
-    return SumoTraffic(network.net_path, count, seed, tick_s, mission_m, network.y_sign < 0.0)
+    route = Route(mission_m * (1.0, network.y_sign))
+    lanes = (place.lane for _, place in places_along(network.right_hand, route))
+    edges = (edge for edge, _ in itertools.groupby(map(edge_of, lanes)) if edge[0] != ":")
+    return SumoTraffic(network.net_path, count, seed, tick_s, edges, network.y_sign < 0.0)
 
 
 def _libsumo() -> Any:
