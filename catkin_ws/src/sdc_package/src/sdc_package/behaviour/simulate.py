@@ -62,6 +62,7 @@ class _Cars:
         at_rest = scene.speed_mps < AT_REST_MPS  # it has yet to begin
         self.is_new = np.array([[proposal.way.new > 0.0 or at_rest] for proposal in proposals])
         on_way = np.abs(others.y_m[0] - self.way_y[0, scene.here]) < 0.5 * self.settings.width_m
+        self.moves = np.abs(others.along_mps) > AT_REST_MPS
         # Whose middle is behind the car now.
         self.follows = on_way & others.aligned & (others.s_m[0] < scene.s_m)
 
@@ -75,8 +76,8 @@ class _Cars:
         scene, others, margins = self.scene, self.others, self.settings.streets
         acceleration_mps2, braking_mps2 = margins.acceleration_mps2, self.settings.braking_mps2
         root_mps2 = 2.0 * math.sqrt(acceleration_mps2 * braking_mps2)
-        moves = np.abs(others.along_mps) > AT_REST_MPS
-        reach_m = (others.half_width_m + np.where(moves, margins.side_m, SAME_M))[:, None]
+        side_m = np.where(self.moves, margins.side_m, SAME_M)
+        reach_m = (others.half_width_m + side_m)[:, None]
         in_way = np.abs(others.y_m[:, None] - self.its_way_y) < reach_m
         in_way &= others.goes_on & ~self.follows
         leads = np.zeros(in_way.shape[1:], bool)
@@ -126,8 +127,7 @@ class _Cars:
         part_m = np.clip(distance_m, -front_m, front_m)
         bend = self.bend[self.rows, self.at(s_m)][..., None]
         near_y -= 0.5 * bend * part_m * (part_m + front_m)
-        moves = np.abs(others.along_mps) > AT_REST_MPS
-        reach_m = others.half_width_m + np.where(moves, margins.side_m, 0.0)
+        reach_m = others.half_width_m + np.where(self.moves, margins.side_m, 0.0)
         overlap = np.abs(others.y_m[:, None] - near_y) < reach_m[:, None]
         # A new way has greater distances, so that the car is not of two minds.
         factor = np.where(self.is_new, margins.new_factor, 1.0)

@@ -254,7 +254,7 @@ class SumoTraffic:
                     del self._users[name]
                 else:
                     states.append(self._mirrored(state))
-                    if domain.getWaitingTime(name) > _PATIENCE_S and domain is self._sumo.vehicle:
+                    if domain is self._sumo.vehicle and domain.getWaitingTime(name) > _PATIENCE_S:
                         self._leave_queue(name)
         return states
 
