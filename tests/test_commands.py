@@ -8,6 +8,7 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
+import yaml
 
 from sdc_experiments.championship.command import BASELINES
 from sdc_experiments.championship.league import LEAGUES
@@ -17,36 +18,10 @@ from sdc_sim.scenario.street_scenarios import types
 
 ROOT = Path(__file__).resolve().parents[1]
 COMMANDS = [name for name in TABLE if " " not in name]
-# (command, words, end of the one line)
-WRONG = [
-    ("drive", "map:=nope", "map:=nope: unknown name, and no such file; use one of town"),
-    ("drive", "sim_options:={friction:0.6}", "{friction:0.6}: write a space behind each colon"),
-    ("drive", "sync:=maybe", "sync:=maybe: must be true or false"),
-    ("drive", "sync", "unknown argument 'sync'; write sync:=VALUE"),
-    ("drive", "sinc:=true", "unknown argument 'sinc:=true'; did you mean 'sync'?"),
-    ("drive", "scenario:=ovla", "unknown name, and no such file; did you mean 'oval'?"),
-    ("drive", "waypoints_path:=no.csv", "waypoints_path:=no.csv: there is no such file"),
-    ("drive", "workspace:=no", "workspace:=no: there is no such folder"),
-    ("drive", "cars:=9", "cars:=9: must be a whole number from 1 to 8"),
-    ("drive", "planned_speed_mps:=nan", "must be a number from 0.5 to 60"),
-    ("drive", "start:=12 map:=town", "start:=12: must be X,Y [m]"),
-    ("drive", "perception:=objects", "perception:=objects needs a map, such as map:=town"),
-    ("drive", "traffic:=5", "traffic:=5 needs streets; name a map, such as map:=Town01.xodr"),
-    ("drive", "cars:=2 truth:=false", "truth:=false is for one car; leave out cars"),
-    ("test", "-x -j", "unknown argument '-j'; ./test --help lists the arguments"),
-    ("scenarios", "Acident", "'Acident': unknown name; the nearest are Accident, "),
-    ("drive", "map:=random:1-2", "use one of town, town_left or random:SEED, or the path of"),
-    ("championship", "tyr", "'tyr': unknown name; did you mean 'try'?"),
-    ("workshop/start", "", "DIR is missing; usage: ./workshop/start [--lab LAB] [--update] DIR"),
-    ("workshop/start", "--lab mcp mine", "--lab mcp: unknown name; did you mean 'mpc'?"),
-    ("workshop/check", "camera..local", "'camera..local': unknown name"),
-    ("workshop/check", "--hint", "--hint needs a value; usage: ./workshop/check"),
-    ("workshop/desktop", "mine", "unknown argument 'mine'; ./workshop/desktop --help lists"),
-    ("sdc drive", "sync=true", "unknown argument 'sync=true'; sdc drive --help lists"),
-]
+WORDS = yaml.safe_load((ROOT / "tests" / "command_words.yaml").read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize(("command", "words", "text"), WRONG)
+@pytest.mark.parametrize(("command", "words", "text"), WORDS["wrong"])
 def test_wrong_word_is_named_in_one_line(command, words, text):
     with pytest.raises(WordError) as raised:
         parse(command, words.split())
@@ -104,30 +79,7 @@ def test_help_lists_every_argument_and_prepares_nothing(fresh, command):
                 assert row["about"] in text
 
 
-@pytest.mark.parametrize(
-    ("command", "words"),
-    [
-        ("drive", "map:=town seed:=3 traffic:=5 sync:=1 planned_speed_mps:=9.5 --screen"),
-        ("drive", "cars=8 --camera false steering_method:=my_module:MySteering report:=new.json"),
-        ("drive", "workspace:=docker stack:=my_car/stack.launch perception:= --sigint-timeout=9"),
-        ("drive", "scenario:=town_traffic goal:=88,-100;392.5,-300"),
-        ("test", "--quick -xvv -n4 -k word --maxfail=1 --tb short docker::test_x"),
-        ("test", "scenarios -k oval"),
-        ("cockpit", "port:=8081 drives_folder:=mine"),
-        ("scenarios", "Accident ParkingCutIn seeds:=2-4 --scheduler tcp://host:8786 --list"),
-        ("championship", "round docker league:=traffic --scheduler tcp://host:8786 secret:=ab"),
-        ("championship", "try --stack docker/prepare workspace:=docker drives:=5"),
-        ("sdc drive", "scenario=slalom seed:=3 --report new.json"),
-        ("sdc map", "check town --lanes --picture town.png"),
-        ("workshop/start", "--lab mpc --update mine"),
-        ("workshop/check", "--seed 7 --watch camera controller-2 messages-7..messages-10"),
-        ("workshop/check", "--seed 7 quiz phase-3"),
-        ("workshop/grade", "docker docker/prepare --limit=60 --no-sandbox"),
-        ("workshop/class", "docker --once --names"),
-        ("workshop/browser", "mine --ip 0.0.0.0 --port 80"),
-        ("workshop/desktop", ""),
-    ],
-)
+@pytest.mark.parametrize(("command", "words"), WORDS["right"])
 def test_right_words_are_accepted(command, words, monkeypatch):
     monkeypatch.chdir(ROOT)
     assert parse(command, words.split()).command.startswith(command)

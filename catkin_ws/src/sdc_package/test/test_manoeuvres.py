@@ -106,6 +106,12 @@ def test_car_pulls_out_after_the_one_that_comes():
     assert rows[-1, 2] == pytest.approx(0.0, abs=0.1) and rows[-1, 1] > 60.0
 
 
+def test_way_is_the_route_when_the_road_is_free():
+    planner = new_planner(two_way(), straight(300.0))
+    planner.plan(seen_at(10.0, 0.0, 8.0, [Other(60.0, WIDTH_M, -8.0).at(0.0)]))
+    assert planner.way.until_m == 0.0 and planner.decision.reason == ""
+
+
 def test_car_alone_changes_lanes_with_its_route_without_braking():
     planner = new_planner(two_lanes(), changing(120.0))
     far = [Other(650.0, WIDTH_M, MOST_MPS).at(0.0)]
@@ -125,10 +131,14 @@ def test_car_that_passes_one_waits_with_room_before_the_next_one():
     assert rows[:, 3].min() < 0.5 and rows[-1, 1] > 150.0
 
 
+def unit_circle(last, count):
+    turn = np.linspace(-0.5, last, count, endpoint=False) * np.pi
+    return np.column_stack([np.cos(turn), np.sin(turn)])
+
+
 @pytest.mark.parametrize("beside_m", [0.3, 1.7])
 def test_car_stops_behind_one_on_its_pass_where_the_route_leads_past_the_place_again(beside_m):
-    turn = np.linspace(-0.5, 0.5, 60, endpoint=False)[:, None] * np.pi
-    circle = np.hstack([np.cos(turn), np.sin(turn)])
+    circle = unit_circle(0.5, 60)
     right = (70.0, 15.0) + 15.0 * circle
     left = (50.0, 15.0 + 0.5 * beside_m) - (15.0 - 0.5 * beside_m) * circle
     back = np.column_stack([np.arange(70.0, 50.0, -1.0), np.full(20, 30.0)])
@@ -140,10 +150,8 @@ def test_car_stops_behind_one_on_its_pass_where_the_route_leads_past_the_place_a
 
 @pytest.mark.parametrize(("outside_m", "passes"), [(2.2, False), (3.2, True)])
 def test_car_knows_that_its_front_swings_out_in_a_tight_bend(outside_m, passes):
-    turn = np.linspace(-0.5, 0.0, 8, endpoint=False)[:, None] * np.pi
-    circle = np.hstack([np.cos(turn), np.sin(turn)])
     up = np.column_stack([np.full(50, 34.0), np.arange(4.0, 54.0)])
-    points_m = np.vstack([straight(30.0), (30.0, 4.0) + 4.0 * circle, up])
+    points_m = np.vstack([straight(30.0), (30.0, 4.0) + 4.0 * unit_circle(0.0, 8), up])
     planner = new_planner(two_way(), points_m, keeps_route=True)
     away_m = np.sqrt(0.5) * (4.0 + outside_m)
     walker = Other(30.0 + away_m, 4.0 - away_m, kind="pedestrian", size=(0.5, 0.5)).at(0.0)

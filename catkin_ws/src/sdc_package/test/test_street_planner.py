@@ -1,5 +1,7 @@
 """The planner on a map: one observation comes in, one path goes out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from street_drives import TICK_NS
@@ -50,6 +52,25 @@ def test_path_depends_on_the_present_speed_and_not_on_that_of_an_earlier_plan(mi
     for tick in (0, 1):  # it decides in every second plan
         used.plan(observation(mission, 20.0, 1.0, standing_car(mission, 36.0), tick=tick))
     assert used.plan(fast).points == new.plan(fast).points
+
+
+def test_car_behind_a_standing_one_stops_and_names_it(mission):
+    planner = new_planner(mission, keeps_route=True)
+    path = planner.plan(observation(mission, 20.0, 5.0, standing_car(mission, 36.0)))
+    assert path.points[-1][2] == 0.0
+    assert (planner.reason, planner.detail) == ("obstacle", "car 17")
+    for tick in (2, 3):
+        planner.plan(observation(mission, 20.2, 5.0, tick=tick))
+    assert planner.reason != "obstacle"
+    assert planner.detail == ""
+
+
+def test_car_stops_at_a_red_light_on_its_way(mission):
+    line = observation(mission, 36.0, 0.0)
+    lines = {1: StopLine(line.x_m, line.y_m, 1.75)}
+    planner = new_planner(mission, keeps_route=True, lines=lines)
+    seen = replace(observation(mission, 20.0, 5.0), light_states={1: RED})
+    assert planner.plan(seen).points[-1][2] == 0.0
 
 
 def test_mission_that_is_not_on_lanes_is_refused_and_the_last_one_stays(mission):
