@@ -89,7 +89,6 @@ def test_desktop_in_the_browser_shows_the_window_of_rviz(desktop, monkeypatch):
 
             wait_until(shown, "the page shows what is on the screen")
             save_screenshot(browser, "desktop.png")
-            assert "process has died" not in rviz.output
         finally:
             rviz.interrupt()
 

@@ -135,7 +135,7 @@ def test_time_limit_names_the_step_and_keeps_the_answers_before_it(world, tmp_pa
     folder = workspace(tmp_path / "slow", "messages-1", "messages-3")
     path = folder / "src/sdc_package/CMakeLists.txt"
     path.write_text(f"execute_process(COMMAND {ENDLESS})\n" + path.read_text())
-    conditions = Conditions(16.0, 20000, steps=("messages-1", "messages-3", "messages-7"))
+    conditions = Conditions(30.0, 20000, steps=("messages-1", "messages-3", "messages-7"))
     found = grade("slow", folder, tmp_path / "result", conditions)
     assert found.note == (
         "the build took longer than its time limit and was ended; "
