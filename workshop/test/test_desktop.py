@@ -89,6 +89,7 @@ def test_desktop_in_the_browser_shows_the_window_of_rviz(desktop, monkeypatch):
 
             wait_until(shown, "the page shows what is on the screen")
             save_screenshot(browser, "desktop.png")
+            assert "process has died" not in rviz.output, rviz.output
         finally:
             rviz.interrupt()
 
