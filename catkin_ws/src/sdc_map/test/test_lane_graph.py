@@ -123,6 +123,15 @@ def test_lanes_are_changed_early():
     assert 30.0 < mission.points_m[beside, 0].min() < 60.0
 
 
+def test_mission_ends_beside_a_goal_whose_lane_it_has_no_room_to_reach():
+    edges, sides = [(0, 2), (1, 3)], [(2, 3)]
+    graph = LaneGraph(network_of((100.0, 100.0, 200.0, 200.0), edges, sides))
+    for along_m, way in ((CHANGE_M - 1.0, ("0", "2")), (CHANGE_M + 1.0, ("0", "2", "3"))):
+        goal = graph.network.lanes["3"].at(np.array([along_m]))[0]
+        mission = plan_mission(graph, [goal], 10.0, 0.0, 0.0)
+        assert mission.lanes == way and mission.points_m[-1, 0] == pytest.approx(along_m)
+
+
 def test_closed_lane_is_avoided_and_unreachable_lane_is_named():
     network = network_of([50.0, 10.0, 90.0, 50.0], [(0, 1), (0, 2), (1, 3), (2, 3)])
     graph = LaneGraph(network)

@@ -13,7 +13,7 @@ from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import interpolate, smooth_step
 from sdc_map.drivable import drivable_line
 from sdc_map.lane_graph import CHANGE_M, LaneGraph, NoRouteError, change_m
-from sdc_map.network import Network, RoadLane, part_of
+from sdc_map.network import LanePlace, Network, RoadLane, part_of
 
 Point = Sequence[float]
 
@@ -68,7 +68,7 @@ def plan_mission(
         except NoRouteError as error:
             text = f"{name} cannot be reached from lane {start.lane}: {error}"
             raise NoRouteError(text) from None
-        way = _spread(graph.network, way, closed)
+        way, goal = _with_room(graph.network, _spread(graph.network, way, closed), goal)
         time_s += seconds
         lanes += way
         pieces += list(_pieces(graph.network, way, start.s_m, goal.s_m))
@@ -80,6 +80,19 @@ def plan_mission(
         with contextlib.suppress(NoRouteError):
             return plan_mission(graph, goals, x_m, y_m, yaw_rad, {*closed, bent}, z_m)
     return Mission(points, limits, tuple(lanes), ends_m, time_s)
+
+
+def _with_room(network: Network, way: list[str], goal: LanePlace) -> tuple[list[str], LanePlace]:
+    """Return a way and its goal, beside the goal where changes of lanes to it have no room."""
+    lanes = [network.lanes[name] for name in way]
+    changes = 0  # at the end of the way
+    while changes + 1 < len(way) and way[-1 - changes] not in lanes[-2 - changes].successors:
+        changes += 1
+    # On the stretch of road where the way begins, the graph looks for room.
+    if changes + 1 == len(way) or goal.s_m >= changes * CHANGE_M:
+        return way, goal
+    s_m = goal.s_m * lanes[-2].length_m / lanes[-1].length_m
+    return _with_room(network, way[:-1], goal._replace(lane=way[-2], s_m=s_m))
 
 
 def _spread(network: Network, way: list[str], closed: AbstractSet[str]) -> list[str]:
