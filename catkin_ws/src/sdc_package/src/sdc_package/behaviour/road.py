@@ -15,6 +15,7 @@ from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import Route, interpolate
 from sdc_map.crossings import Crossing, crossings, heights_along, places_along
 from sdc_map.network import SOLID, Network, RoadLane, edge_of
+from sdc_package.behaviour.offset_path import SAME_M
 from sdc_package.obstacle_prediction import Obstacles
 
 # What is beside a lane: nothing, a lane of the same direction, an oncoming lane, and one behind a
@@ -159,7 +160,7 @@ def road_along(network: Network, route: Route, speed_mps: np.ndarray) -> RoadAlo
     own = np.column_stack([route.s, route.points, route.heading])
     end = places[-1][1]
     beyond_m = np.arange(1.0, _BEYOND_M + 1.0)
-    after = onward(network, end.lane, end.s_m + _BEYOND_M)
+    after = onward(network, end.lane, _BEYOND_M)
     after = interpolate(end.s_m + beyond_m, after[:, 0], after[:, 1:4])
     line = np.vstack([own, np.column_stack([route.length_m + beyond_m, after])])
     found = crossings(network, route, places, speed_mps)
@@ -183,15 +184,15 @@ def crosswalks_on(route: Route, polygons_m: Sequence[np.ndarray]) -> list[Crossw
 
 
 def onward(network: Network, name: str, ahead_m: float) -> np.ndarray:
-    """Return (M, 5) arc length, x, y, heading and height of the way straight on from a lane [m]."""
+    """Return (M, 5) arc length, x, y, heading and height of a lane and of the way after it [m]."""
     lane: RoadLane | None = network.lanes[name]
-    lines, length_m = [], 0.0
+    lines, length_m = [], -network.lanes[name].length_m
     while lane is not None and length_m < ahead_m:
         lines.append(np.column_stack([lane.points_m, lane.z_m]))
         length_m += lane.length_m
         lane = network.straight_on(lane)
     line = np.vstack(lines)
-    line = line[np.append(True, np.diff(arc_lengths(line)) > 0.0)]
+    line = line[np.append(True, np.diff(arc_lengths(line)) > SAME_M)]
     s_m, steps = arc_lengths(line), np.diff(line, axis=0)
     heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
     heading = np.interp(s_m, 0.5 * (s_m[1:] + s_m[:-1]), heading)
