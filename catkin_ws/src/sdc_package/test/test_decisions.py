@@ -13,9 +13,10 @@ from sdc_map.crossings import crossings, places_along
 from sdc_map.lane_graph import LaneGraph, drawn_places
 from sdc_map.map_file import map_file
 from sdc_map.mission import plan_mission
+from sdc_map.network import Network, RoadLane
 from sdc_map.network_file import load_network
 from sdc_package.behaviour.predict import STEP_S
-from sdc_package.behaviour.road import crosswalks_on
+from sdc_package.behaviour.road import crosswalks_on, onward
 from sdc_package.behaviour.score import score
 from sdc_package.street_settings import StreetSettings
 from sdc_testing.street_maps import needs_maps
@@ -211,6 +212,7 @@ def car_at(street, ahead_m, left_m, turned_rad, speed_mps):
         ((8.0, 4.0, QUARTER), 3.0, False),  # has crossed it
         ((20.0, 0.0, np.pi), 8.0, True),  # comes on the lane of the car
         ((20.0, WIDTH_M, np.pi), 8.0, False),  # on its own lane
+        ((20.0, WIDTH_M + 0.8, 1.1 * np.pi), 14.0, False),  # comes to the middle of that
         ((-9.0, 0.0, 0.0), 20.0, False),  # is behind, where braking does not help
         ((-60.0, -WIDTH_M, 0.05), 39.0, False),  # comes from behind into the lane of the car
         ((-7.0, -2.5, 0.15), 14.0, False),  # the same, beside the car by then
@@ -226,6 +228,15 @@ def test_car_brakes_as_hard_as_it_can_only_where_its_best_proposal_meets_someone
     assert planner.decision.brakes_hard == expected == (max(speeds) == 0.0)
     if expected:
         assert (planner.reason, planner.detail) == ("obstacle", "brakes hard for car 7")
+
+
+def test_way_of_others_leads_on_after_a_long_lane_without_a_kink_where_lanes_meet():
+    corners_m = [(0, 0), (400, 0), (400, 0.05), (500, 0.05), (500, 0), (500, 99)]
+    ends = zip("012", np.reshape(corners_m, (3, 2, 2)), ("1", "2", ()))
+    lanes = [RoadLane(name, line, 3.5, 10.0, successors=tuple(after)) for name, line, after in ends]
+    s_m, _, y_m, heading, _ = onward(Network("test", lanes), "0", 150.0).T
+    assert np.abs(heading[s_m < 499.0]).max() < 0.01
+    assert np.interp(550.0, s_m, y_m) == pytest.approx(50.0, abs=0.1)
 
 
 def test_car_does_not_start_before_one_has_crossed_its_way(town, street):

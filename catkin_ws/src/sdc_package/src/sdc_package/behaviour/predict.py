@@ -118,14 +118,15 @@ class Predictor:
             return np.array([x, y, np.full(STEPS, user.yaw_rad), mps, np.full(STEPS, user.z_m)])
         ahead = self._onward(place.lane)
         x, y, heading, z = interpolate(place.s_m + travel_m, ahead[:, 0], ahead[:, 1:]).T
-        # Who moves across its lane goes on with it for a short time. In a bend, a long body has the
-        # heading of the lane at some place along it.
+        # Who moves across its lane goes on with it for a short time, or to the middle of the lane.
+        # In a bend, a long body has the heading of the lane at some place along it.
         half_m, yaw_rad = 0.5 * user.length_m, place.heading_error_rad + heading[0]
         ends_m = place.s_m - half_m, place.s_m + half_m
         along_rad = np.interp(ends_m, ahead[:, 0], ahead[:, 3])
         error_rad = yaw_rad - min(max(yaw_rad, along_rad.min()), along_rad.max())
         across_s = np.minimum(TIMES_S, scene.settings.prediction.across_s)
         left_m = place.cross_track_m + across_s * user.speed_mps * math.sin(error_rad)
+        left_m[left_m * place.cross_track_m < 0.0] = 0.0
         x, y = x - left_m * np.sin(heading), y + left_m * np.cos(heading)
         heading[0] = user.yaw_rad
         return np.array([x, y, heading, mps, z])

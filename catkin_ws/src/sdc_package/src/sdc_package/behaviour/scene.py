@@ -141,8 +141,7 @@ class StreetScene:
 
         While the car passes, no one is forgotten. Who waits before a junction is not passed.
         """
-        others, times = self.others, self.settings.proposals
-        time_s = self.observation.stamp_s
+        others, times, time_s = self.others, self.settings.proposals, self.observation.stamp_s
         found: list[int] = []
         queue_m = math.inf  # rear of the last one that waits
         front_m = others.s_m + others.half_length_m

@@ -182,8 +182,8 @@ class StreetPlanner:
             if speed_mps < 0.5 * AT_REST_MPS and stop_m - s_m < 2.0 * margins.gap_m:
                 self._stood_since_s = min(self._stood_since_s, observation.stamp_s)
             soonest_m = s_m + speed_mps**2 / (2.0 * margins.hardest_mps2)
-            has_stopped = math.isfinite(self._stood_since_s)
-            if crossing.has_stop_sign and not has_stopped and soonest_m <= stop_m + margins.gap_m:
+            must_stop = crossing.has_stop_sign and math.isinf(self._stood_since_s)
+            if must_stop and soonest_m <= stop_m + margins.gap_m:
                 stops.append(Stop(stop_m, "stop_sign"))
         return min(stops, default=None)
 
