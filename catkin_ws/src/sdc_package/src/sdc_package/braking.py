@@ -39,14 +39,10 @@ _NEW_MPS = 1.5
 _USUAL_MPS2 = 3.05
 # A car that exceeds the planned speed by more than this brakes as hard as it can [m/s].
 _LATE_MPS = 3.3
-# An acceleration above this is followed by gentle braking at first: comfortable jerk is an average
-# over 1.5 s [m/s^2].
-_PUSHES_MPS2 = 0.5
-# Duration of the gentle braking [s], and its deceleration [m/s^2].
-_EASES_S = 0.8
-_EASED_MPS2 = 1.8
-# A car that exceeds the planned speed by more than this does not brake gently at first [m/s].
-_SOON_LATE_MPS = 2.6
+# Comfortable jerk is an average over 1.5 s: the acceleration falls by at most so much below its
+# last peak, which counts less with time [m/s^2, m/s^3].
+_FALLS_MPS2 = 3.8
+_PEAK_FALLS_MPS3 = 0.5
 
 
 @dataclass(frozen=True)
@@ -107,17 +103,16 @@ class ComfortRange:
 
     def __init__(self, limits: SpeedControlLimits):
         self._limits = limits
-        self._eases_s = 0.0
+        self._peak_mps2 = 0.0
 
     def next_range(self, step: SpeedStep) -> tuple[float, float]:
         """Return the lowest and the greatest next acceleration [m/s^2]."""
         limits, (target_mps, planned_mps2, speed_mps, last_mps2, dt_s) = self._limits, step
         faster_mps = speed_mps - target_mps
-        self._eases_s = _EASES_S if last_mps2 > _PUSHES_MPS2 else self._eases_s - dt_s
+        self._peak_mps2 = max(last_mps2, self._peak_mps2 - _PEAK_FALLS_MPS3 * dt_s)
         is_new = faster_mps > _NEW_MPS or planned_mps2 < -_USUAL_MPS2
-        eases = is_new and self._eases_s > 0.0 and faster_mps < _SOON_LATE_MPS
-        eases &= planned_mps2 > -HARD_MPS2  # a plan that brakes as hard does not wait
-        hardest_mps2 = max(_EASED_MPS2 if eases else HARD_MPS2, -last_mps2)
+        falls_mps2 = HARD_MPS2 if target_mps == 0.0 else _FALLS_MPS2 - self._peak_mps2
+        hardest_mps2 = max(min(HARD_MPS2, falls_mps2), -last_mps2)
         if faster_mps > _LATE_MPS:
             hardest_mps2 = limits.braking_mps2
         jerk_mps3 = limits.emergency_jerk_mps3 if is_new else limits.jerk_mps3

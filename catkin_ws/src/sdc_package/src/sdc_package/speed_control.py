@@ -27,12 +27,12 @@ class SpeedControl:
         self.limits = limits
         self.pid = Pid(gains, -limits.braking_mps2, limits.acceleration_mps2)
         self._standstill = StandstillHold(limits)
-        self._comfort = ComfortRange(limits)
         self.reset()
 
     def reset(self) -> None:
         """Return to the initial state."""
         self.pid.reset()
+        self._comfort = ComfortRange(self.limits)
         self.acceleration_mps2 = 0.0
 
     def preview_m(self, speed_mps: float) -> float:
