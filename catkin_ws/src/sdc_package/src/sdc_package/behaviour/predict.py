@@ -143,9 +143,9 @@ def reaching(scene: StreetScene, s_m: float) -> Iterator[tuple[int, DetectedObst
 
 def travels(scene: StreetScene, user: DetectedObstacle, mps2: float) -> np.ndarray:
     """Return the way (T,) [m] and speeds (T,) [m/s] of one that accelerates for a time [m/s^2]."""
-    for_s = np.minimum(TIMES_S, scene.settings.prediction.accelerates_s)
-    if mps2 < 0.0:
-        for_s = np.minimum(for_s, -user.speed_mps / mps2)
+    mps2 = min(mps2, scene.settings.streets.hardest_mps2)  # it seems more if its speed jumps
+    stops_s = -user.speed_mps / mps2 if mps2 < 0.0 else math.inf
+    for_s = np.minimum(TIMES_S, min(scene.settings.prediction.accelerates_s, stops_s))
     mps = user.speed_mps + for_s * mps2
     return np.array([TIMES_S * mps - 0.5 * mps2 * for_s**2, mps])
 
