@@ -237,6 +237,8 @@ def test_way_of_others_leads_on_after_a_long_lane_without_a_kink_where_lanes_mee
     s_m, _, y_m, heading, _ = onward(Network("test", lanes), "0", 150.0).T
     assert np.abs(heading[s_m < 499.0]).max() < 0.01
     assert np.interp(550.0, s_m, y_m) == pytest.approx(50.0, abs=0.1)
+    short = RoadLane("0", np.array([[0.0, 0.0], [0.1, 0.0]]), 3.5, 10.0)
+    assert onward(Network("test", [short]), "0", 150.0)[-1, 1] > 150.0
 
 
 def test_car_does_not_start_before_one_has_crossed_its_way(town, street):

@@ -186,13 +186,13 @@ def crosswalks_on(route: Route, polygons_m: Sequence[np.ndarray]) -> list[Crossw
 def onward(network: Network, name: str, ahead_m: float) -> np.ndarray:
     """Return (M, 5) arc length, x, y, heading and height of a lane and of the way after it [m]."""
     lane: RoadLane | None = network.lanes[name]
-    lines, length_m = [], -network.lanes[name].length_m
+    lines, length_m, from_m = [], -network.lanes[name].length_m, 0.0
     while lane is not None and length_m < ahead_m:
-        lines.append(np.column_stack([lane.points_m, lane.z_m]))
-        length_m += lane.length_m
+        lines.append(np.column_stack([lane.points_m, lane.z_m])[lane.s_m >= from_m])
+        length_m, from_m = length_m + lane.length_m, SAME_M  # of a joint, the end before it counts
         lane = network.straight_on(lane)
     line = np.vstack(lines)
-    line = line[np.append(True, np.diff(arc_lengths(line)) > SAME_M)]
+    line = line[np.append(True, np.diff(arc_lengths(line)) > 0.0)]
     s_m, steps = arc_lengths(line), np.diff(line, axis=0)
     heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
     heading = np.interp(s_m, 0.5 * (s_m[1:] + s_m[:-1]), heading)
