@@ -5,13 +5,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from headless_browser import (
-    CANVAS,
-    picture_of,
-    save_screenshot,
-    served,
-    wait_until,
-)
+from headless_browser import CANVAS, picture_of, save_screenshot, served, wait_until
 from selenium.webdriver.common.by import By
 
 from sdc_common.processes import matching, processes_with

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import unittest
 
+import psutil
 import rosgraph
 import rospy
 import rostest
@@ -12,7 +13,7 @@ from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped, Transform
 from sdc_msgs.msg import BaseWaypoint, Path
 from tf2_msgs.msg import TFMessage
 
-from sdc_common.processes import wait_until
+from sdc_common.processes import matching, wait_until
 from sdc_testing import MessageListener
 from sdc_testing.virtual_display import VirtualDisplay
 
@@ -36,6 +37,12 @@ class RvizTest(unittest.TestCase):
         )
         cls.addClassCleanup(cls.stop)
         wait_until(lambda: cls.display.windows("drive.rviz"), LIMIT_S, "RViz's window")
+        # The tests look at the RViz that is started after a crash.
+        children = psutil.Process(cls.launch.pid).children(recursive=True)
+        [rviz] = matching(children, lambda process: process.name() == "rviz")
+        rviz.send_signal(signal.SIGABRT)
+        psutil.wait_procs([rviz])
+        wait_until(lambda: cls.display.windows("drive.rviz"), LIMIT_S, "RViz's window again")
 
     @classmethod
     def publish_transform(cls, _event):
