@@ -3,13 +3,7 @@
 import subprocess
 
 import pytest
-from headless_browser import (
-    CANVAS,
-    picture_of,
-    save_screenshot,
-    served,
-    wait_until,
-)
+from headless_browser import CANVAS, picture_of, save_screenshot, served, wait_until
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 

@@ -6,14 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from sdc_workshop.exam import typical
-from sdc_workshop.exam.answer import (
-    PASSED,
-    UNFINISHED,
-    Answer,
-    in_full,
-    listed,
-    mistake,
-)
+from sdc_workshop.exam.answer import PASSED, UNFINISHED, Answer, in_full, listed, mistake
 from sdc_workshop.exam.families import UNKNOWN
 from sdc_workshop.exam.output import Crash, crash, meaning
 from sdc_workshop.exam.stage import Stage

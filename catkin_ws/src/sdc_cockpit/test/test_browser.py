@@ -10,14 +10,7 @@ import pytest
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
-from sdc_testing.chromium import (
-    LIMIT_S,
-    check_page,
-    headless_chromium,
-    resize,
-    value_of,
-    wait_for,
-)
+from sdc_testing.chromium import LIMIT_S, check_page, headless_chromium, resize, value_of, wait_for
 
 pytestmark = pytest.mark.slow(40)
 

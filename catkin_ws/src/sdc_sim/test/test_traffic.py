@@ -98,6 +98,17 @@ def test_road_users_are_on_lanes_of_their_kind_and_direction(tmp_path, more):
             assert abs(place.cross_track_m) < 1.5 and abs(place.heading_error_rad) < 1.0, one
 
 
+def test_others_turn_round_at_dead_ends_alone(tmp_path):
+    import libsumo
+
+    path = town(tmp_path, turns="--no-internal-links=false")
+    start(path, load_network(path), 40).reset(Rectangle(-60.0, -2.0, 0.0, 4.7, 2.0))
+    routes = map(libsumo.vehicle.getRoute, libsumo.vehicle.getIDList())
+    pairs = {pair for route in routes for pair in zip(route, route[1:])}
+    turned = {one for one, other in pairs if one.strip("-") == other.strip("-")}
+    assert turned and turned <= {"-a", "c", "-d", "e", "f"}
+
+
 def test_those_behind_our_standing_car_stop_and_do_not_hit_it(path, network):
     import libsumo
 

@@ -5,12 +5,7 @@ import pytest
 
 from sdc_common.configuration import node_config, package_folder
 from sdc_common.routes.waypoint_file import load_waypoints
-from sdc_localization.study.drives import (
-    consistency,
-    drive_localized,
-    random_drive,
-    rms,
-)
+from sdc_localization.study.drives import consistency, drive_localized, random_drive, rms
 from sdc_sim.road.random_routes import long_route
 
 pytestmark = pytest.mark.slow(15)

@@ -10,13 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sdc_map.findings import Findings
-from sdc_map.opendrive_lanes import (
-    pieces,
-    piecewise_cubic,
-    point_at,
-    reference_line,
-    sections,
-)
+from sdc_map.opendrive_lanes import pieces, piecewise_cubic, point_at, reference_line, sections
 
 # Length of a connecting road where two roads meet at one point [m].
 _SHORTEST_M = 0.1

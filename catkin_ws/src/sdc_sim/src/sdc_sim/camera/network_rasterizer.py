@@ -7,16 +7,7 @@ import numpy as np
 
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import interpolate
-from sdc_map.network import (
-    BROKEN,
-    DOUBLE,
-    KERB,
-    STOP,
-    WALKING,
-    Junction,
-    Network,
-    left_normals,
-)
+from sdc_map.network import BROKEN, DOUBLE, KERB, STOP, WALKING, Junction, Network, left_normals
 from sdc_sim.camera.painting import FIXED_POINT_BITS, halve, touching
 from sdc_sim.camera.road_rasterizer import ASPHALT, SIDE_PX, Canvas, fixed_point
 from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, MARGIN_M

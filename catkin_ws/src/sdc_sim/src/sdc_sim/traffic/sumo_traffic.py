@@ -203,10 +203,10 @@ class SumoTraffic:
             following.setdefault(edge, {}).update({edge_of(link[0]): link[6] for link in links})
         edges = [edge for edge, (_, _, length_m) in place.items() if length_m > _SHORTEST_EDGE_M]
         places = np.array([place[edge] for edge in edges]).reshape(-1, 3)
-        ordered = {  # straight on comes first
-            edge: sorted(after, key=lambda link: (after[link] != "s", link))  # noqa: B023
-            for edge, after in following.items()
-        }
+        ordered = {}
+        for edge, after in following.items():  # straight on first, and back where nothing else is
+            ways = [link for link, way in after.items() if way not in "tT"] or after
+            ordered[edge] = sorted(ways, key=lambda link: (after[link] != "s", link))  # noqa: B023
         return Streets(edges, places[:, :2], places[:, 2], ordered)
 
     def _may_use(self, lane: str, vehicle_class: str) -> bool:
