@@ -5,7 +5,6 @@ import signal
 import subprocess
 import unittest
 
-import psutil
 import rosgraph
 import rospy
 import rostest
@@ -13,7 +12,7 @@ from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped, Transform
 from sdc_msgs.msg import BaseWaypoint, Path
 from tf2_msgs.msg import TFMessage
 
-from sdc_common.processes import matching, wait_until
+from sdc_common.processes import matching, processes_with, wait_until
 from sdc_testing import MessageListener
 from sdc_testing.virtual_display import VirtualDisplay
 
@@ -38,10 +37,10 @@ class RvizTest(unittest.TestCase):
         cls.addClassCleanup(cls.stop)
         wait_until(lambda: cls.display.windows("drive.rviz"), LIMIT_S, "RViz's window")
         # The tests look at the RViz that is started after a crash.
-        children = psutil.Process(cls.launch.pid).children(recursive=True)
-        [rviz] = matching(children, lambda process: process.name() == "rviz")
+        found = processes_with("DISPLAY", cls.display.environment["DISPLAY"])
+        [rviz] = matching(found, lambda process: process.name() == "rviz")
         rviz.send_signal(signal.SIGABRT)
-        psutil.wait_procs([rviz])
+        rviz.wait()
         wait_until(lambda: cls.display.windows("drive.rviz"), LIMIT_S, "RViz's window again")
 
     @classmethod
