@@ -16,7 +16,7 @@ from sdc_map.mission import plan_mission
 from sdc_map.network import Network, RoadLane
 from sdc_map.network_file import load_network
 from sdc_package.behaviour.predict import STEP_S
-from sdc_package.behaviour.road import crosswalks_on, onward
+from sdc_package.behaviour.road import crosswalks_on, onward, places_on
 from sdc_package.behaviour.score import score
 from sdc_package.street_settings import StreetSettings
 from sdc_testing.street_maps import needs_maps
@@ -234,11 +234,12 @@ def test_way_of_others_leads_on_after_a_long_lane_without_a_kink_where_lanes_mee
     corners_m = [(0, 0), (400, 0), (400, 0.05), (500, 0.05), (500, 0), (500, 99)]
     ends = zip("012", np.reshape(corners_m, (3, 2, 2)), ("1", "2", ()))
     lanes = [RoadLane(name, line, 3.5, 10.0, successors=tuple(after)) for name, line, after in ends]
-    s_m, _, y_m, heading, _ = onward(Network("test", lanes), "0", 150.0).T
-    assert np.abs(heading[s_m < 499.0]).max() < 0.01
-    assert np.interp(550.0, s_m, y_m) == pytest.approx(50.0, abs=0.1)
+    line = onward(Network("test", lanes), "0", 150.0)
+    assert np.abs(line[line[:, 0] < 499.0, 3]).max() < 0.01
+    assert places_on(line, np.array([550.0]))[0, 1] == pytest.approx(50.0, abs=0.1)
     short = RoadLane("0", np.array([[0.0, 0.0], [0.1, 0.0]]), 3.5, 10.0)
-    assert onward(Network("test", [short]), "0", 150.0)[-1, 1] > 150.0
+    ahead = places_on(onward(Network("test", [short]), "0", 150.0), np.array([150.0]))
+    assert ahead[0] == pytest.approx([150.0, 0.0, 0.0, 0.0])
 
 
 def test_car_does_not_start_before_one_has_crossed_its_way(town, street):

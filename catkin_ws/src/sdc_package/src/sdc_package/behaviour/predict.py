@@ -9,10 +9,10 @@ from typing import Any, Iterator, NamedTuple
 import numpy as np
 
 from sdc_common.driving import DetectedObstacle
-from sdc_common.geometry.route import interpolate
 from sdc_map.network import LanePlace, Network
-from sdc_package.behaviour.road import ALONG_RAD, VEHICLE_M, onward
+from sdc_package.behaviour.road import ALONG_RAD, VEHICLE_M, onward, places_on
 from sdc_package.behaviour.scene import AT_REST_MPS, StreetScene
+from sdc_package.obstacle_prediction import Obstacles
 
 # Steps of time in which proposals are simulated among the others [s].
 STEP_S = 0.4
@@ -83,53 +83,51 @@ class Predictor:
         Those that give way to the car, by their indices, stop so far from where they are [m].
         """
         seen = scene.settings.prediction
-        users, names, poses = [], [], []
-        for number, user in reaching(scene, scene.s_m):
-            stops_at_m = {GOES_ON: stops_m.get(number, math.inf)}
-            if number in stops_m:
-                stops_at_m[UNSEEN] = math.inf
-            for name, stop_m in stops_at_m.items():
-                users.append(number)
-                names.append(name)
-                poses.append(self._poses(scene, user, stop_m))
+        goes = [number for number, _ in reaching(scene, scene.s_m)]
+        users = goes + [number for number in goes if number in stops_m]
+        goes_on = np.arange(len(users)) < len(goes)
+        weights = np.where(goes_on, seen.weights[GOES_ON], seen.weights[UNSEEN])
+        to_m = np.where(goes_on, [stops_m.get(number, math.inf) for number in users], math.inf)
+        seen_users = [scene.obstacles[number] for number in users]
+        motions = self._motions(scene, seen_users, to_m[:, None])
         self._last = {user.id: place for user, place in self._places.items() if user.id}
         self._places = {}
-        motions = np.array(poses).reshape(-1, 5, STEPS).transpose(1, 2, 0)
-        seen_users = [scene.obstacles[number] for number in users]
         along = scene.road.along(scene.s_m, scene.sight_m, motions, seen_users)
         left_mps = (along.y_m[1] - along.y_m[0]) / STEP_S
-        near = np.abs(along.beside_m) < seen.beside_m + along.half_width_m
-        keep = near.any(axis=0)
-        weights = np.array([seen.weights[name] for name in names])
-        goes_on = np.array([name == GOES_ON for name in names], bool)
+        keep = (np.abs(along.beside_m) < seen.beside_m + along.half_width_m).any(axis=0)
         found = np.array(users, int), weights, goes_on, along.s_m, along.y_m, along.along_mps
         half_length_m = along.half_length_m + scene.settings.front_m
         sizes = left_mps, half_length_m, along.half_width_m + 0.5 * scene.settings.width_m
         return Predicted(*(part[..., keep] for part in (*found, *sizes)))
 
-    def _poses(self, scene: StreetScene, user: DetectedObstacle, stop_m: float) -> np.ndarray:
-        """Return (5, T) x, y, heading, speed and height while it goes on to a place."""
-        travel_m, mps = travels(scene, user, scene.tracker.of(user).acceleration_mps2)
-        mps, travel_m = np.where(travel_m < stop_m, mps, 0.0), np.minimum(travel_m, stop_m)
-        place = self.place_of(user) if user.speed_mps >= AT_REST_MPS else None
-        if place is None:
+    def _motions(self, scene: StreetScene, users: Obstacles, to_m: np.ndarray) -> np.ndarray:
+        """Return (5, T, R) x, y, headings, speeds and heights of R that go on so far (R, 1) [m]."""
+        known, lines = [], []
+        for user in users:
+            place = self.place_of(user) if user.speed_mps >= AT_REST_MPS else None
             c, s = math.cos(user.yaw_rad), math.sin(user.yaw_rad)
-            x, y = user.x_m + c * travel_m, user.y_m + s * travel_m
-            return np.array([x, y, np.full(STEPS, user.yaw_rad), mps, np.full(STEPS, user.z_m)])
-        ahead = self._onward(place.lane)
-        x, y, heading, z = interpolate(place.s_m + travel_m, ahead[:, 0], ahead[:, 1:]).T
-        # Who moves across its lane goes on with it for a short time, or to the middle of the lane.
+            straight = 0.0, user.x_m, user.y_m, user.yaw_rad, user.z_m, c, s, 0.0, 0.0
+            lines.append(self._onward(place.lane) if place else np.array([straight]))
+            track, at = scene.tracker.of(user), place[1:] if place else (0.0, 0.0, 0.0)
+            size = user.yaw_rad, user.speed_mps, 0.5 * user.length_m
+            known.append((*at, *size, track.acceleration_mps2))
+        rows = np.array(known).reshape(-1, 7).T[..., None]
+        s_m, beside_m, error_rad, yaw_rad, speed_mps, half_m, mps2 = rows
+        travel_m, mps = travels(scene, speed_mps, mps2)
+        mps, travel_m = np.where(travel_m < to_m, mps, 0.0), np.minimum(travel_m, to_m)
         # In a bend, a long body has the heading of the lane at some place along it.
-        half_m, yaw_rad = 0.5 * user.length_m, place.heading_error_rad + heading[0]
-        ends_m = place.s_m - half_m, place.s_m + half_m
-        along_rad = np.interp(ends_m, ahead[:, 0], ahead[:, 3])
-        error_rad = yaw_rad - min(max(yaw_rad, along_rad.min()), along_rad.max())
+        at_m = np.maximum(np.hstack([s_m + travel_m, s_m - half_m, s_m + half_m]), 0.0)
+        poses = np.array([*map(places_on, lines, at_m)]).reshape(*at_m.shape, 4)
+        ends_rad, (x, y, heading, z) = poses[:, STEPS:, 2], np.moveaxis(poses[:, :STEPS], -1, 0)
+        error_rad = error_rad + heading[:, :1]
+        error_rad -= np.clip(error_rad, *np.sort(ends_rad).T[..., None])
+        # Who moves across its lane goes on with it for a short time, or to the middle of the lane.
         across_s = np.minimum(TIMES_S, scene.settings.prediction.across_s)
-        left_m = place.cross_track_m + across_s * user.speed_mps * math.sin(error_rad)
-        left_m[left_m * place.cross_track_m < 0.0] = 0.0
+        left_m = beside_m + across_s * speed_mps * np.sin(error_rad)
+        left_m[left_m * beside_m < 0.0] = 0.0
         x, y = x - left_m * np.sin(heading), y + left_m * np.cos(heading)
-        heading[0] = user.yaw_rad
-        return np.array([x, y, heading, mps, z])
+        heading[:, :1] = yaw_rad
+        return np.array([x, y, heading, mps, z]).transpose(0, 2, 1)
 
 
 def reaching(scene: StreetScene, s_m: float) -> Iterator[tuple[int, DetectedObstacle]]:
@@ -141,24 +139,22 @@ def reaching(scene: StreetScene, s_m: float) -> Iterator[tuple[int, DetectedObst
             yield number, user
 
 
-def travels(scene: StreetScene, user: DetectedObstacle, mps2: float) -> np.ndarray:
-    """Return the way (T,) [m] and speeds (T,) [m/s] of one that accelerates for a time [m/s^2]."""
-    mps2 = min(mps2, scene.settings.streets.hardest_mps2)  # it seems more if its speed jumps
-    stops_s = -user.speed_mps / mps2 if mps2 < 0.0 else math.inf
-    for_s = np.minimum(TIMES_S, min(scene.settings.prediction.accelerates_s, stops_s))
-    mps = user.speed_mps + for_s * mps2
+def travels(scene: StreetScene, speed_mps: Any, mps2: np.ndarray) -> np.ndarray:
+    """Return the ways (R, T) [m] and speeds (R, T) of R (R, 1) that accelerate for a time."""
+    mps2 = np.minimum(mps2, scene.settings.streets.hardest_mps2)  # it seems more if its speed jumps
+    stops_s = np.divide(-speed_mps, mps2, np.full_like(mps2, math.inf), where=mps2 < 0.0)
+    for_s = np.minimum(TIMES_S, np.minimum(scene.settings.prediction.accelerates_s, stops_s))
+    mps = speed_mps + for_s * mps2
     return np.array([TIMES_S * mps - 0.5 * mps2 * for_s**2, mps])
 
 
 def may_travel(scene: StreetScene, user: DetectedObstacle) -> Iterator[tuple[float, np.ndarray]]:
     """Yield how likely each thing is that a road user may do, and its way (T,) then [m]."""
     seen, own_mps2 = scene.settings.prediction, scene.tracker.of(user).acceleration_mps2
-    for name, mps2 in (
-        (GOES_ON, own_mps2),
-        ("changes_speed", max(own_mps2, seen.starts_mps2)),
-        ("changes_speed", min(own_mps2, -seen.brakes_mps2)),
-    ):
-        yield seen.weights[name], travels(scene, user, mps2)[0]
+    names = GOES_ON, "changes_speed", "changes_speed"
+    mps2 = own_mps2, max(own_mps2, seen.starts_mps2), min(own_mps2, -seen.brakes_mps2)
+    ways_m, _ = travels(scene, user.speed_mps, np.array(mps2)[:, None])
+    return zip((seen.weights[name] for name in names), ways_m)
 
 
 def times_at(places_m: Any, way_m: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from sdc_common.driving import DetectedObstacle, other_level
 from sdc_common.geometry.road_line import arc_lengths
-from sdc_common.geometry.route import Route, interpolate
+from sdc_common.geometry.route import Route
 from sdc_map.crossings import Crossing, crossings, heights_along, places_along
 from sdc_map.network import SOLID, Network, RoadLane, edge_of
 from sdc_package.behaviour.offset_path import SAME_M
@@ -29,8 +29,6 @@ _PASS = 0.05
 _BESIDE_M = 1.5
 # Length of the road after the end of the route, on which others come [m].
 _BEYOND_M = 150
-# After the last lane, a way goes straight on for so long [m].
-_FAR_M = 1000.0
 # Shorter road users are pedestrians [m].
 VEHICLE_M = 1.2
 # A pedestrian who is so near to a crosswalk now or after this time, and walks towards the lane,
@@ -62,9 +60,7 @@ class Crosswalk(NamedTuple):
     def user(self, route: Route, obstacles: Obstacles) -> DetectedObstacle | None:
         """Return a pedestrian on it, or just before it, who has yet to cross the lane."""
         middle_m, reach_m = 0.5 * (self.begin_m + self.end_m), self.end_m - self.begin_m
-        for walker in obstacles:
-            if walker.kind != "pedestrian":
-                continue
+        for walker in (user for user in obstacles if user.kind == "pedestrian"):
             x, y, yaw = walker.x_m, walker.y_m, walker.yaw_rad
             soon_m = _SOON_S * walker.speed_mps
             places = (x, y), (x + soon_m * math.cos(yaw), y + soon_m * math.sin(yaw))
@@ -160,9 +156,8 @@ def road_along(network: Network, route: Route, speed_mps: np.ndarray) -> RoadAlo
     own = np.column_stack([route.s, route.points, route.heading])
     end = places[-1][1]
     beyond_m = np.arange(1.0, _BEYOND_M + 1.0)
-    after = onward(network, end.lane, _BEYOND_M)
-    after = interpolate(end.s_m + beyond_m, after[:, 0], after[:, 1:4])
-    line = np.vstack([own, np.column_stack([route.length_m + beyond_m, after])])
+    after = places_on(onward(network, end.lane, _BEYOND_M), end.s_m + beyond_m)
+    line = np.vstack([own, np.column_stack([route.length_m + beyond_m, after[:, :3]])])
     found = crossings(network, route, places, speed_mps)
     walks = crosswalks_on(route, network.crosswalks)
     return RoadAlong(route, line, speed_mps, z_m, found, walks, *map(np.array, zip(*rows)))
@@ -184,7 +179,10 @@ def crosswalks_on(route: Route, polygons_m: Sequence[np.ndarray]) -> list[Crossw
 
 
 def onward(network: Network, name: str, ahead_m: float) -> np.ndarray:
-    """Return (M, 5) arc length, x, y, heading and height of a lane and of the way after it [m]."""
+    """Return (M, 9) arc length, x, y, heading and height of a way that begins with a lane [m].
+
+    Four columns more have the slopes after each row; after the last one it goes straight on.
+    """
     lane: RoadLane | None = network.lanes[name]
     lines, length_m, from_m = [], -network.lanes[name].length_m, 0.0
     while lane is not None and length_m < ahead_m:
@@ -197,8 +195,15 @@ def onward(network: Network, name: str, ahead_m: float) -> np.ndarray:
     heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
     heading = np.interp(s_m, 0.5 * (s_m[1:] + s_m[:-1]), heading)
     rows = np.column_stack([s_m, line[:, :2], heading, line[:, 2]])
-    far = np.array([1.0, math.cos(heading[-1]), math.sin(heading[-1]), 0.0, 0.0])
-    return np.vstack([rows, rows[-1] + _FAR_M * far])
+    slopes = np.diff(rows[:, 1:], axis=0) / np.diff(rows[:, :1], axis=0)
+    straight_on = math.cos(heading[-1]), math.sin(heading[-1]), 0.0, 0.0
+    return np.hstack([rows, np.vstack([slopes, straight_on])])
+
+
+def places_on(line: np.ndarray, at_m: np.ndarray) -> np.ndarray:
+    """Return (N, 4) x, y, heading and height on a line of `onward` at arc lengths (N,) [m]."""
+    rows = line[line[:, 0].searchsorted(at_m, "right") - 1]
+    return rows[:, 1:5] + rows[:, 5:] * (at_m[:, None] - rows[:, :1])
 
 
 def _index(lane: str) -> int:

@@ -52,9 +52,7 @@ class Tracker:
         mean_s = self._seen.mean_s
         keeps_s = mean_s**2 / (mean_s + max(time_s - self._time_s, 0.0))
         self._time_s, tracks = time_s, {}
-        for user in obstacles:
-            if not user.id:
-                continue
+        for user in (user for user in obstacles if user.id):
             track = self._tracks.get(user.id) or Track(user.speed_mps)
             mps2 = (user.speed_mps - track.mean_mps) / mean_s
             track.mean_mps = user.speed_mps - keeps_s * mps2
@@ -169,13 +167,9 @@ class StreetScene:
     @cached_property
     def crosswalks(self) -> list[Crosswalk]:
         """The next ones that are in use."""
-        return [
-            crosswalk
-            for crosswalk in self.road.crosswalks
-            if self.s_m < crosswalk.end_m
-            and crosswalk.begin_m < self.until_m
-            and crosswalk.user(self.road.route, self.obstacles)
-        ]
+        walks, known = self.road.crosswalks, (self.road.route, self.obstacles)
+        near = [walk for walk in walks if self.s_m < walk.end_m and walk.begin_m < self.until_m]
+        return [walk for walk in near if walk.user(*known)]
 
     @cached_property
     def emergency(self) -> list[int]:

@@ -142,12 +142,9 @@ class StreetPlanner:
         local = self._local
         assert local is not None, "a mission is followed before the first plan"
         rows = local.free_path(self._search.first_ahead(x_m, y_m), x_m, y_m, yaw_rad)
-        lines = self._lights.lines
-        self._lights.states = {
-            number: state
-            for number, state in observation.light_states.items()
-            if number in lines and (self._network.is_flat or self._on_level(local, lines[number]))
-        }
+        flat, lines = self._network.is_flat, self._lights.lines
+        on = {number for number, line in lines.items() if flat or self._on_level(local, line)}
+        self._lights.states = {n: state for n, state in observation.light_states.items() if n in on}
         self._tracker.update(observation.obstacles, observation.stamp_s)
         place = local.place
         if not self._plans and abs(place.cross_track_m) > PULLS_OUT_M:
