@@ -84,8 +84,8 @@ def decide(scene: StreetScene, predictor: Predictor, score: Score, keeps_route: 
             name, contact_s = name_of(others.user[row]), result.contact_s[worse, row]
             return f"{found[worse]}: meets {name} after {contact_s:.1f} s"
         if term == "right_of_way" and claims:
-            claim = max(claims, key=lambda claim: taken_s(scene, result.s_m[:, [worse]], claim)[0])
-            return f"{found[worse]}: takes the way of {name_of(claim.number)}"
+            most = int(taken_s(scene, result.s_m[:, [worse]], claims).argmax())
+            return f"{found[worse]}: takes the way of {name_of(claims[most].number)}"
         of_term = "" if term == "progress" else f" for {term}"
         return f"{found[worse]}: {gain_m:.0f} m less{of_term}"
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Sequence
 
 import numpy as np
 
@@ -54,35 +54,38 @@ def claims_of(scene: StreetScene, predictor: Predictor) -> tuple[list[Claim], di
     return found, stops_m
 
 
-def taken_s(scene: StreetScene, s_m: np.ndarray, claim: Claim) -> np.ndarray:
-    """Return (P,) for how long the car takes the right of way of a road user [s].
+def taken_s(scene: StreetScene, s_m: np.ndarray, claims: Sequence[Claim]) -> np.ndarray:
+    """Return (C, P) for how long the car takes the right of way of each road user [s].
 
     It is the mean of all that the road user may do: for how long both are in the space of the
     junction that both need, or within `clear_s` of it; or, where the road user arrives at the
     junction soon after the car enters it, how much too soon. `s_m` are the arc lengths (T, P) of
     the car's centre on the proposals [m].
     """
+    if not claims:
+        return np.zeros((0, s_m.shape[1]))
     margins, front_m = scene.settings.streets, scene.settings.front_m
-    user, conflict = scene.obstacles[claim.number], claim.conflict
-    line_m = claim.crossing.line_m - front_m
-    first_m, last_m = conflict.own_m
-    places_m = first_m - BESIDE_M - front_m, last_m + front_m, line_m
-    enters_s, leaves_s, begins_s = np.array([times_at(places_m, way_m) for way_m in s_m.T]).T
-    leaves_s = np.minimum(leaves_s, TIMES_S[-1])
-    if conflict.merges:  # behind the car, it follows
-        leaves_s = np.minimum(leaves_s, enters_s + margins.clear_s)
-    outside = line_m + OVER_M > scene.s_m
-    total_s, (its_first_m, its_last_m) = np.zeros_like(enters_s), conflict.its_m
-    its_places_m = claim.room_m + np.array([0.0, its_first_m, its_last_m + user.length_m])
-    for weight, travel_m in may_travel(scene, user):
-        arrives_s, in_s, out_s = times_at(its_places_m, travel_m)
-        if math.isinf(arrives_s):
-            continue
-        before_s = leaves_s - (in_s - margins.clear_s)  # the car has left by then
-        after_s = min(out_s, TIMES_S[-1]) + margins.clear_s - enters_s  # it enters after
-        taken = np.minimum(before_s, after_s)
-        if outside and conflict.is_first:
-            soon_s = begins_s + margins.arrives_s - arrives_s
-            taken = np.maximum(taken, np.where(begins_s < out_s, soon_s, 0.0))
-        total_s += weight * np.clip(taken, 0.0, margins.arrives_s)
-    return np.where(np.isfinite(enters_s), total_s, 0.0)
+    own_m, its_s, weights, rules = [], [], [], []
+    for number, crossing, conflict, room_m in claims:
+        user, line_m = scene.obstacles[number], crossing.line_m - front_m
+        (first_m, last_m), (its_first_m, its_last_m) = conflict.own_m, conflict.its_m
+        own_m.append((first_m - BESIDE_M - front_m, last_m + front_m, line_m))
+        rules.append((conflict.merges, conflict.is_first and line_m + OVER_M > scene.s_m))
+        its_m = room_m + np.array([0.0, its_first_m, its_last_m + user.length_m])
+        likely, ways_m = may_travel(scene, user)
+        weights.append(likely)
+        its_s.append([times_at(its_m, way_m) for way_m in ways_m])
+    # The times of the car are (C, 1, P), those of the things that each may do (C, K, 1).
+    enters_s, leaves_s, begins_s = np.array([times_at(own_m, way) for way in s_m.T]).T[:, :, None]
+    arrives_s, in_s, out_s = np.moveaxis(its_s, -1, 0)[..., None]
+    merges, is_first = np.array(rules).T[..., None, None]
+    until_s = np.where(merges, enters_s + margins.clear_s, math.inf)  # behind the car, it follows
+    leaves_s = np.minimum(np.minimum(leaves_s, TIMES_S[-1]), until_s)
+    before_s = leaves_s - (in_s - margins.clear_s)  # the car has left by then
+    after_s = np.minimum(out_s, TIMES_S[-1]) + margins.clear_s - enters_s  # it enters after
+    comes = np.isfinite(arrives_s)
+    soon_s = begins_s + margins.arrives_s - np.where(comes, arrives_s, 0.0)
+    soon_s = np.where(is_first & (begins_s < out_s), soon_s, 0.0)
+    taken = np.clip(np.maximum(np.minimum(before_s, after_s), soon_s), 0.0, margins.arrives_s)
+    total_s = (np.array(weights)[..., None] * comes * taken).sum(axis=1)
+    return np.where(np.isfinite(enters_s[:, 0]), total_s, 0.0)

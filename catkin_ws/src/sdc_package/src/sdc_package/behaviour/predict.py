@@ -148,13 +148,12 @@ def travels(scene: StreetScene, speed_mps: Any, mps2: np.ndarray) -> np.ndarray:
     return np.array([TIMES_S * mps - 0.5 * mps2 * for_s**2, mps])
 
 
-def may_travel(scene: StreetScene, user: DetectedObstacle) -> Iterator[tuple[float, np.ndarray]]:
-    """Yield how likely each thing is that a road user may do, and its way (T,) then [m]."""
+def may_travel(scene: StreetScene, user: DetectedObstacle) -> tuple[list[float], np.ndarray]:
+    """Return how likely each thing is that a road user may do, and its ways (K, T) then [m]."""
     seen, own_mps2 = scene.settings.prediction, scene.tracker.of(user).acceleration_mps2
-    names = GOES_ON, "changes_speed", "changes_speed"
     mps2 = own_mps2, max(own_mps2, seen.starts_mps2), min(own_mps2, -seen.brakes_mps2)
     ways_m, _ = travels(scene, user.speed_mps, np.array(mps2)[:, None])
-    return zip((seen.weights[name] for name in names), ways_m)
+    return [seen.weights[name] for name in (GOES_ON, "changes_speed", "changes_speed")], ways_m
 
 
 def times_at(places_m: Any, way_m: np.ndarray) -> np.ndarray:

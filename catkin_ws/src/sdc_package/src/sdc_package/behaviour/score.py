@@ -90,9 +90,7 @@ def score(
     later = np.where(late, others.weight / np.maximum(result.contact_s, STEP_S), 0.0)
     counts["contact"] = soon.max(axis=1, initial=0.0)
     counts["late_contact"] = later.max(axis=1, initial=0.0)
-    for claim in claims:
-        taken = taken_s(scene, result.s_m, claim)
-        counts["right_of_way"] = np.maximum(counts["right_of_way"], taken)
+    counts["right_of_way"] = taken_s(scene, result.s_m, claims).max(axis=0, initial=0.0)
     end_m, rests = result.s_m[-1], result.speed_mps[-1] < _RESTS_MPS
     for crossing in scene.crossings:
         line_m = crossing.line_m + OVER_M - settings.front_m

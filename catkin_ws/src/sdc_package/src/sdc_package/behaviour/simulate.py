@@ -93,7 +93,7 @@ class _Cars:
         In plain floats: arrays of so few proposals and road users take three times as long.
         """
         margins, braking_mps2 = self.settings.streets, self.settings.braking_mps2
-        follow_m, places_mps = margins.follow_gap_m, self.most_mps[row].tolist()
+        follow_m, places_mps = margins.follow_gap_m, self.most_mps[row]
         root_mps2 = 2.0 * math.sqrt(margins.acceleration_mps2 * braking_mps2)
         s_m, v = self.scene.s_m, self.scene.speed_mps
         way: list[tuple[float, float, float, list[float]]] = []
@@ -110,7 +110,7 @@ class _Cars:
             pushed_mps2 = margins.acceleration_mps2 * (wanted * wanted)
             pushed_mps2 = min(pushed_mps2, 4.0 * margins.hardest_mps2)
             place = int((s_m - self.scene.from_m) / GRID_M)
-            top_mps = places_mps[min(place, len(places_mps) - 1)]
+            top_mps = places_mps.item(min(place, len(places_mps) - 1))
             free_mps2 = margins.acceleration_mps2 * (1.0 - (v / max(top_mps, AT_REST_MPS)) ** 4)
             way.append((s_m, v, pushed_mps2 * (v > AT_REST_MPS), ratios))
             free_mps2 = max(free_mps2, -braking_mps2)
