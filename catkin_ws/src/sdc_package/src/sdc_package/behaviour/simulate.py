@@ -97,7 +97,7 @@ class _Cars:
         root_mps2 = 2.0 * math.sqrt(margins.acceleration_mps2 * braking_mps2)
         s_m, v = self.scene.s_m, self.scene.speed_mps
         way: list[tuple[float, float, float, list[float]]] = []
-        # The stop counts as a road user at rest, so far ahead that the car stops there.
+        # The stop is a road user at rest, of negative length: the car stops there or behind it.
         stop = self.stops_m[row], -follow_m, 0.0
         for users in in_way:
             gap_s = margins.time_gap_s + v / root_mps2
