@@ -140,7 +140,7 @@ def reaching(scene: StreetScene, s_m: float) -> Iterator[tuple[int, DetectedObst
 
 
 def travels(scene: StreetScene, speed_mps: Any, mps2: np.ndarray) -> np.ndarray:
-    """Return the ways (R, T) [m] and speeds (R, T) of R (R, 1) that accelerate for a time."""
+    """Return ways [m] and speeds [m/s] (R, T) of R (R, 1) that accelerate for a time [m/s^2]."""
     mps2 = np.minimum(mps2, scene.settings.streets.hardest_mps2)  # it seems more if its speed jumps
     stops_s = np.divide(-speed_mps, mps2, np.full_like(mps2, math.inf), where=mps2 < 0.0)
     for_s = np.minimum(TIMES_S, np.minimum(scene.settings.prediction.accelerates_s, stops_s))

@@ -143,8 +143,8 @@ class StreetPlanner:
         assert local is not None, "a mission is followed before the first plan"
         rows = local.free_path(self._search.first_ahead(x_m, y_m), x_m, y_m, yaw_rad)
         flat, lines = self._network.is_flat, self._lights.lines
-        on = {number for number, line in lines.items() if flat or self._on_level(local, line)}
-        self._lights.states = {n: state for n, state in observation.light_states.items() if n in on}
+        seen = ((n, state) for n, state in observation.light_states.items() if n in lines)
+        self._lights.states = {n: s for n, s in seen if flat or self._on_level(local, lines[n])}
         self._tracker.update(observation.obstacles, observation.stamp_s)
         place = local.place
         if not self._plans and abs(place.cross_track_m) > PULLS_OUT_M:
