@@ -60,6 +60,7 @@ FIRST_LINE = "; name the columns in the first line, in this way or as x,y,z"
 CIRCLE = [(20.0 * math.sin(0.2 * i), 20.0 * math.cos(0.2 * i)) for i in range(30)]
 HEIGHTS = "".join(f"{x},{1.0 + 0.1 * (i % 5)},{y}\n" for i, (x, y) in enumerate(CIRCLE))
 DISTANCES = "".join(f"{3.9933 * i:.3f};{x:.3f};{y:.3f}\n" for i, (x, y) in enumerate(CIRCLE))
+NUMBERS = "".join(f"{i},{x:.3f},{y:.3f}\n" for i, (x, y) in enumerate(CIRCLE))
 # Name, content, parts of the message, and its end.
 REFUSED = [
     ("empty", "", ["0 waypoint(s)"], TWO),
@@ -107,6 +108,7 @@ REFUSED = [
     ("height of a flat road", "0,0,0\n1,0,0\n2,0,-1\n", ["0.0 in all", "as in x,z,y"], FIRST_LINE),
     ("height of a hilly road", HEIGHTS, ["column 2 varies by 0.4", "as in x,z,y"], FIRST_LINE),
     ("distance in the first column", DISTANCES, ["as in s,x,y"], FIRST_LINE),
+    ("number of the row in the first column", NUMBERS, ["as in s,x,y or t,x,y"], FIRST_LINE),
     ("GPX", '<?xml version="1.0"?>\n<gpx>', ["XML or JSON, not a route"], "CSV file of x,y"),
     ("road network", '<?xml version="1.0"?>\n<OpenDRIVE>', ["(OpenDRIVE)"], "CSV file of x,y"),
     ("far away", "0,0\n1e30,0\n", ["row 2", "metres up to 100000"], IN_METRES),

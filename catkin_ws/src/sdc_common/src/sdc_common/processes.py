@@ -125,8 +125,7 @@ def isolated_ros_environment(
     Raises:
         AssertionError: after that time, a process of this master was still running; it is killed
     """
-    address = "127.0.0.1"
-    uri = f"http://{address}:{free_master_port()}"
-    yield {**os.environ, "ROS_MASTER_URI": uri, "ROS_IP": address, "ROS_HOME": str(ros_home)}
+    uri = f"http://127.0.0.1:{free_master_port()}"
+    yield {**os.environ, "ROS_MASTER_URI": uri, "ROS_IP": "127.0.0.1", "ROS_HOME": str(ros_home)}
     left = kill_left_behind(uri, timeout_s)
     assert not left, f"processes were left behind: {left}"

@@ -171,10 +171,11 @@ def doubt(table: Table, route: np.ndarray, refused: bool) -> str:
     span, third_span = np.ptp(route[:, 1]), np.ptp(third)
     if not _LEAST_SPAN_M <= third_span < np.inf:
         return ""
-    if not table.names and np.allclose(along, np.hypot(aside, upwards), *_DISTANCE_ERROR):
-        return "column 1 is the distance along columns 2 and 3, as in s,x,y"
-    is_distance = np.allclose(upwards, np.hypot(along, aside), *_DISTANCE_ERROR)
-    constant = span == 0.0 and not table.names and not is_distance
-    if constant or (refused and span < _HEIGHT_SHARE * third_span):
+    steps = np.hypot(aside, upwards)
+    scale = steps.sum() / max(along.sum(), 1e-9)
+    if not table.names and np.allclose(scale * along, steps, *_DISTANCE_ERROR):
+        return "column 1 grows with the distance along columns 2 and 3, as in s,x,y or t,x,y"
+    is_flat = not (span or table.names or np.allclose(upwards, along, *_DISTANCE_ERROR))
+    if is_flat or (refused and span < _HEIGHT_SHARE * third_span):
         return f"column 2 varies by {span:.1f} in all and column 3 by {third_span:.1f}, as in x,z,y"
     return ""
