@@ -560,7 +560,8 @@ _UNREAD = """<lateralProfile><superelevation s="30" a="0.1" b="0" c="0" d="0"/><
 _LINK = '<link><successor elementType="road" elementId="9" contactPoint="start"/></link>'
 _WAY = """<junction id="4"><connection id="0" incomingRoad="7" connectingRoad="8"/></junction>
   <junction id="5" type="virtual"/>"""
-_BUSES = '<access sOffset="0" rule="allow"><restriction type="bus"/></access>'
+_BUSES = """<access sOffset="0" rule="allow"><restriction type="bus"/></access>
+  <height sOffset="3" inner="0.1" outer="0.1"/><height sOffset="9" inner="0.0" outer="0.0"/>"""
 
 
 def test_what_is_not_read_is_left_out_and_named(tmp_path):
@@ -571,6 +572,7 @@ def test_what_is_not_read_is_left_out_and_named(tmp_path):
     assert len(network.driving) == 2
     assert sorted(network.findings.lines()) == [
         "elements access (1, the first: road 7 at 0 m)",
+        "elements height (1, the first: road 7 at 3 m)",
         "elements superelevation (1, the first: road 7 at 30 m)",
         "junctions of the type virtual (1, the first: junction 5)",
         "links to what the file does not have (2, the first: road 7 to road 9)",
@@ -646,7 +648,6 @@ def test_nearest_lane_prefers_the_direction_of_the_car(streets):
         ("a.osm", '<?xml version="1.0" encoding="no"?><osm/>', "no XML: unknown encoding"),
         ("a.xodr", "<html/>", "first element is html, not OpenDRIVE; download"),
         ("a.xodr", "<net/>", "first element is net, not OpenDRIVE; .* the ending .net.xml"),
-        ("a.xodr", "<OpenDRIVE/>", "netconvert cannot read it: no road .*; check the file"),
         ("a.xodr", _MAPS["line"].replace('x="10"', 'x="nan"'), r"road 7 is at \[nan, -4.0\]"),
         ("a.xodr", _MAPS["line"].replace('length="80" id', 'length="1e9" id'), "from 0 to 100 km"),
         (
@@ -660,6 +661,8 @@ def test_nearest_lane_prefers_the_direction_of_the_car(streets):
         ("a.xodr", re.sub("<width[^>]*>", "", _MAPS["line"]), "a lane for cars with a width"),
         ("a.xodr", _MAPS["line"].replace('lane id="-2"', "lane"), "road 7: an element lacks 'id'"),
         ("a.xodr", _TWICE, "2 roads have the id 7; give each its own"),
+        ("a.xodr", _MAPS["line"].replace('id="7"', 'id="my 7"'), "id of road 'my 7' has a blank"),
+        ("a.xodr", '<OpenDRIVE><include file="b"/></OpenDRIVE>', "no road; write what is in b in"),
         ("a.net.xml", "<net", "no XML: unclosed token: line 1"),
         ("a.net.xml", '<net><edge id="a" from="b" to="c"/></net>', "no complete network"),
         ("a.net.xml", '<net version="1.20"/>', "no lane for cars"),

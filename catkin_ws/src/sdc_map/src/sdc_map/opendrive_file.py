@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import copy
 import math
+import re
 import xml.etree.ElementTree as ElementTree
-from typing import Any
+from typing import Any, Iterator
 
 import numpy as np
 
@@ -25,10 +26,19 @@ _TYPES = {
     **dict.fromkeys(("slipLane", "connectingRamp", "shared"), "driving"),
 }
 _FOR_CARS = ("driving", "entry", "exit", "onRamp", "offRamp", "mwyEntry", "mwyExit")
+_NOT_IN_IDS = r"""[\s:;|,<>&'"\\]|^$"""
 # Attributes without which netconvert refuses the whole map.
 _NEEDED = {"signal": ("id", "type", "s", "orientation", "dynamic"), "object": ("s", "t")}
-# Elements of a road that are not read, and the first level of the file that is.
-_UNREAD = ("superelevation", "shape", "CRG", "access", "material", "bridge", "tunnel", "railroad")
+# Elements of a road whose parts are read, those that are read without their parts, and the first
+# level of the file that is read.
+_WHOLES = (
+    *("link", "type", "planView", "geometry", "elevationProfile", "lateralProfile", "lanes"),
+    *("laneSection", "left", "center", "right", "lane", "objects", "signals", "surface"),
+)
+_PARTS = (
+    *("predecessor", "successor", "speed", "line", "spiral", "arc", "poly3", "paramPoly3"),
+    *("elevation", "laneOffset", "width", "border", "roadMark", "signalReference", "userData"),
+)
 _READ = ("header", "road", "junction", "controller", "junctionGroup", "userData")
 # Elements of a road whose attributes are numbers, or words other than nan and inf.
 _NUMBERS = ("planView", "elevationProfile", "lanes")
@@ -82,6 +92,7 @@ def _check_numbers(road: ElementTree.Element) -> None:
 
 def _read_road(road: ElementTree.Element, findings: Findings) -> None:
     _check_numbers(road)
+    _name_unread(road, findings)
     for section, start_m, _ in sections(road):
         # netconvert takes lanes to be in this order.
         for side in (*section.findall("left"), *section.findall("right")):
@@ -100,7 +111,6 @@ def _read_road(road: ElementTree.Element, findings: Findings) -> None:
             _write_access(lane)
     _write_limits(road)
     _write_arcs(road)
-    _name_unread(road, findings)
     lanes = (lane for lane in road.iter("lane") if lane.get("id") != "0")
     driven = [lane for lane in lanes if lane.get("type") in _FOR_CARS]
     is_limited = all(lane.find("speed") is not None for lane in driven)
@@ -112,9 +122,17 @@ def _read_road(road: ElementTree.Element, findings: Findings) -> None:
 def _refuse(root: ElementTree.Element) -> None:
     """Raise ValueError for what is valid OpenDRIVE and cannot be driven."""
     names = [road.attrib["id"] for road in root.iter("road")]
+    if not names:
+        files = ", ".join(one.get("file", "") for one in root.iter("include"))
+        fix = f"write what is in {files} in the place of its include" if files else "add roads"
+        raise ValueError(f"has no road; {fix}")
     for name in names if len(set(names)) < len(names) else ():
         if names.count(name) > 1:
             raise ValueError(f"{names.count(name)} roads have the id {name}; give each its own")
+    for place in (*root.iter("road"), *root.iter("junction")):
+        if re.search(_NOT_IN_IDS, place.attrib["id"]):
+            text = f"the id of {place.tag} {place.get('id')!r} has a blank or another mark"
+            raise ValueError(f"{text} that SUMO refuses; write letters, digits, - and _ in it")
     for road in root.iter("road"):
         with named_road(road):
             if not 0.0 <= float(road.attrib["length"]) < FARTHEST_M:
@@ -177,29 +195,37 @@ def _remove_open_links(root: ElementTree.Element, findings: Findings) -> None:
                 parent.remove(link)
 
 
+def _elements(parent: ElementTree.Element, s_m: float = 0.0) -> Iterator[tuple]:
+    """Yield the elements of a road whose parents are read: parent, element and place [m]."""
+    for element in list(parent):
+        at_m = float(element.get("s") or s_m + float(element.get("sOffset") or 0.0))
+        yield parent, element, at_m
+        if element.tag in _WHOLES:
+            yield from _elements(element, at_m)
+
+
 def _name_unread(road: ElementTree.Element, findings: Findings) -> None:
     """Add signs, objects and other parts of a road that the map does not have.
 
     Remove signals and objects for which netconvert would refuse the whole map.
     """
-    for parent, element in [(one, element) for one in road.iter() for element in one]:
+    for parent, element, s_m in _elements(road):
         tag, kind = element.tag, element.get("type", "")
         lacking = [name for name in _NEEDED.get(tag, ()) if not element.get(name)]
-        is_zero = not any(float(element.get(name, 0.0)) for name in "abcd")
+        sizes = [element.get(name) for name in ("inner", "outer", *"abcd")]
+        is_nothing = any(sizes) and not any(float(size or 0.0) for size in sizes)
         if lacking:
             place = f"{tag} {element.get('id')} of road {road.get('id')}"
             findings.add(f"{tag}s without {lacking[0]}", place, point_at(road, 0.0))
             parent.remove(element)
-            continue
-        if tag == "signal" and element.get("dynamic") != "yes":
-            text = f"signals of the type {kind}"
-        elif tag == "object" and kind.lower() != "crosswalk":
-            text = f"objects of the type {kind or 'none'}"
-        elif tag in _UNREAD and not (tag in _UNREAD[:2] and is_zero):
-            text = f"elements {tag}"
-        else:
-            continue
-        _add(findings, text, road, float(element.get("s", 0.0)))
+        elif tag == "signal":
+            if element.get("dynamic") != "yes":
+                _add(findings, f"signals of the type {kind}", road, s_m)
+        elif tag == "object":
+            if kind.lower() != "crosswalk":
+                _add(findings, f"objects of the type {kind or 'none'}", road, s_m)
+        elif tag not in (*_WHOLES, *_PARTS) and not is_nothing:
+            _add(findings, f"elements {tag}", road, s_m)
 
 
 def _add(findings: Findings, kind: str, road: ElementTree.Element, s_m: float) -> None:
