@@ -71,6 +71,7 @@ def sentence(
     module: str,
     results: Results,
     got: list,
+    written: str,
     must_be_sure: bool = False,
 ) -> str:
     """Return a sentence about the mistake in a region, or "".
@@ -81,6 +82,7 @@ def sentence(
         module: name of the module
         results: yields what the solution returns in each call, while it may be changed
         got: what the student's lines return in these calls; the first of them is wrong
+        written: the student's lines, in which a sentence must not name what they do not have
         must_be_sure: whether all results must be equal, and more of them than a chance allows
     """
     # Many changes give the same yes and no, or the same whole numbers.
@@ -93,7 +95,7 @@ def sentence(
     best, count, near = "", 0, ""
     for trial, places, said in _trials(text, todo, module, results, got):
         is_exact = said[0] in _tables()["exact"]
-        if is_vague and is_exact:
+        if is_vague and is_exact or not _is_in(written, *said):
             continue
         kept = [container[key] for container, key, _ in places]
         _put(places)
@@ -119,6 +121,12 @@ def sentence(
         if time.process_time() > end_s:
             break
     return best if count == len(got) or best and not must_be_sure else near
+
+
+def _is_in(written: str, text: str, names: dict) -> bool:
+    """Return whether the student's lines have what the sentence of a change says that they have."""
+    last = {key: "".join(re.findall(r"\w+", name)[-1:]) for key, name in names.items()}
+    return bool(re.search(_tables()["needs"].get(text, "").format(**last), written))
 
 
 def shape_sentence(results: Results, got: list) -> str:

@@ -113,7 +113,7 @@ class FileCheck(RegionCheck):
         for wanted in ElementTree.fromstring(f"<a>{body(self._solution, '1')}</a>"):
             tag, name = wanted.tag, str(wanted.text)
             if name not in given[tag] | given["depend"]:
-                others = [other for other, names in given.items() if name in names]
+                others = [other.tag for other in root if (other.text or "").strip() == name]
                 seen = f"{name} only as {', '.join(others)}" if others else f"no {name}"
                 hint = f"{tag} {name} is missing: {self._table['depends'][tag]}."
                 yield mistake(f"<{tag}>{name}</{tag}>", seen, hint, "1")
@@ -181,7 +181,8 @@ class FileCheck(RegionCheck):
                 absent = f"{command} is not called for it. {row.get('absent')}"
                 why = absent if is_missing and not near else row["why"]
                 hint = f"{spelt}{name} is missing. {why}"
-                seen = ", ".join(found) or "nothing"
+                calls_seen = [f"{command}({' '.join(words)})" for words in mine]
+                seen = ", ".join(found or calls_seen) or "nothing"
                 yield mistake(f"{name} in {form}", seen, hint, row["todo"])
 
 
@@ -279,7 +280,9 @@ def _includes(text: str, todo: str) -> dict:
             arguments = {name: f"$(arg {name})" for name in sorted(names)}
         for argument in include.iter("arg"):
             arguments[argument.get("name")] = argument.get("value", argument.get("default"))
-        found[include.get("file", "")] = arguments, include.get("if")
+        conditions = [key for key in ("if", "unless") if key in include.attrib]
+        condition = " ".join(f'{key}="{include.get(key)}"' for key in conditions)
+        found[include.get("file", "")] = arguments, condition
     return found
 
 
@@ -312,10 +315,9 @@ def _include_problems(
             yield listed("passed_too_much", name=name, **texts)
     if mine_if != condition:
         always = f"{texts['short']} is always included"
-        expected = f'if="{condition}" on the include of {texts["short"]}'
+        expected = f"{condition} on the include of {texts['short']}"
         texts["expected"] = expected if condition else always
-        seen = f'if="{mine_if}"' if mine_if else always
-        yield listed("condition", seen=seen, condition=condition or "always", **texts)
+        yield listed("condition", seen=mine_if or always, condition=condition or "always", **texts)
 
 
 def _after(words: list, keyword: str, until: tuple) -> list:

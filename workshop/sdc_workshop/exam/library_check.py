@@ -24,6 +24,7 @@ from sdc_workshop.exam.process import NotJudged
 from sdc_workshop.exam.region_check import RegionCheck
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.variant import Variant
+from sdc_workshop.regions import body
 from sdc_workshop.workspace import solution_text
 
 # A matrix with so many numbers is not printed: the first number that differs is.
@@ -65,7 +66,7 @@ class LibraryCheck(RegionCheck):
             for sets in ((usual, varied), (varied, usual)):
                 wrong, broken = self._first_wrong(asked, *sets[0], path, variant)
                 if wrong or broken is not None:
-                    found = [self._explained(*known, asked, sets) for known in wrong]
+                    found = [self._explained(*known, asked, sets, variant) for known in wrong]
                     for problem in found if sets[0] is varied else ():
                         stage.report(f"{variant.name}: {problem.seen}, as if written into it")
                     return found or [broken]
@@ -123,7 +124,13 @@ class LibraryCheck(RegionCheck):
         return listed("usual_arguments", todo=todo, call=call, law=law, **texts)
 
     def _explained(
-        self, problem: Answer, is_sure: bool, received: dict, asked: Asked, sets: tuple
+        self,
+        problem: Answer,
+        is_sure: bool,
+        received: dict,
+        asked: Asked,
+        sets: tuple,
+        variant: Variant,
     ) -> Answer:
         """Return a problem whose hint names the mistake, where the table is not sure of it."""
         hint, _, law = problem.hint.partition(IN_FULL)
@@ -160,8 +167,9 @@ class LibraryCheck(RegionCheck):
                 # What the solution changes, too, is the state of an object.
                 if any(changed and not allowed for changed, allowed in zip(mine, ours)):
                     return replace(problem, hint=f"{families.CHANGED} {problem.hint}")
-        known = solution_text(self.file), str(problem.todo), self._module, results, got
-        named = families.sentence(*known, must_be_sure=bool(hint))
+        todo = str(problem.todo)
+        known = solution_text(self.file), todo, self._module, results, got
+        named = families.sentence(*known, body(variant.text, todo), must_be_sure=bool(hint))
         hint = f"{named} {hint}".strip() or families.shape_sentence(results, got)
         hint = hint or families.UNKNOWN
         return replace(problem, hint=f"{hint} {in_full(law)}".strip())

@@ -102,6 +102,7 @@ class NodeCheck(RegionCheck):
     def _name_problem(self, name: str | None) -> Answer:
         texts = {"node_name": self.node_name, "right": f'rospy.init_node("{self.node_name}")'}
         key = "no_name" if name is None else "node_name"
+        key = "anonymous" if str(name).startswith(f"/{self.node_name}_") else key
         return listed(key, todo=self.init_todo, name=name, **texts)
 
     def ended_problem(self, node: Node, variant: Variant) -> Answer:
