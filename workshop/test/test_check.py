@@ -363,6 +363,10 @@ def test_program_that_gets_no_processor_is_not_judged(folder, monkeypatch):
             program.wait(0.4)
         with pytest.raises(NotJudged):
             program.wait_until(lambda: False, 0.4)
+        # A little later, what it has started has got enough.
+        got = iter([0.1, 0.3])
+        monkeypatch.setattr(Program, "activity", lambda *_, of_all=0: (of_all and next(got), True))
+        assert program.wait(0.4) is None
     step = find_step("hello")
     monkeypatch.setattr(examination, "hello_answer", raised(NotJudged))
     with Stage(Student(folder)) as stage:

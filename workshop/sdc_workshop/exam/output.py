@@ -58,7 +58,10 @@ def crash(output: str, path: Path) -> Crash | None:
     output = plain(output) + "\n"
     syntax = _SYNTAX.search(output)
     if syntax:
-        return Crash(syntax["error"], int(syntax["line"]) if syntax["file"] == str(path) else None)
+        line = int(syntax["line"])
+        if syntax["file"] == str(path):
+            return Crash(syntax["error"], line)
+        return Crash(syntax["error"], None, f"{Path(syntax['file']).name}, line {line}")
     found = _TRACEBACK.search(output)
     if not found:
         return None

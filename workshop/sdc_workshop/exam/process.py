@@ -144,16 +144,20 @@ class Program:
     def wait(self, timeout_s: float = TIMEOUT_S) -> int | None:
         """Return its exit status if it ends in time, else None; half of the time is to compute.
 
+        While it has got less of a processor, with all that it has started, it has twice the time.
+
         Raises:
-            NotJudged: it still computes at the end of the time, but has got little of a processor
+            NotJudged: it still computes at the end of that time
         """
         limit = time.monotonic() + timeout_s
         while self.status is None and self.activity()[0] < 0.5 * timeout_s:
-            if time.monotonic() > limit + self.waited_s:
+            late_s = time.monotonic() - limit - self.waited_s
+            if late_s > 0.0:
                 cpu_s, running = self.activity(of_all=True)
-                if running and cpu_s < 0.5 * timeout_s and self.status is None:
+                if not running or cpu_s >= 0.5 * timeout_s:
+                    break
+                if late_s > timeout_s:
                     raise NotJudged
-                break
             time.sleep(_POLL_S)
         if self.status is not None:
             self._reader.join(timeout=2.0)

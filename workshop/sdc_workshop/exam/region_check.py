@@ -68,7 +68,7 @@ class RegionCheck:
             return None
         shown = variant.text.split("\n")[found.line - 1].strip() if found.line else None
         place = f", in `{shown}`" if shown else ""
-        if found.library_line and shown:
+        if found.library_line:
             place += f" (raised in {found.library_line})"
         region = variant.region_of(found.line) if found.line else None
         texts = solution_text(self.file), variant.text
