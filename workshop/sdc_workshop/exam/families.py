@@ -48,6 +48,8 @@ TOLERANCE = 1e-6
 _EXACT = 1e-7
 # With a number that is by so much greater, the result must be another one.
 _NEAR = 1e-3
+# Another value of a part, for each value that is not -1.3717.
+_MOVED = "1.001 * A + 0.0013717"
 # A part of the solution that is at most so long is shown as it is.
 _SHORT = 24
 
@@ -105,7 +107,7 @@ def sentence(
             is_effect = said[0] != _meaning(0) and not is_vague and _is_number(new)
             if is_effect and matches == len(got) and number is None:
                 # Where the result is limited, many changes give the same.
-                _put([(container, key, _made("1.001 * A + 0.001", {"A": new}))])
+                _put([(container, key, _made(_MOVED, {"A": new}))])
                 if trial.matches(False)[0] == len(got):
                     near, matches = near or _filled([_tables()["near"], said[1]], None), 0
         finally:
