@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import random
 import sys
 import time
@@ -13,14 +12,14 @@ from statistics import median
 from types import SimpleNamespace
 from typing import Sequence
 
-import jinja2
-
 from sdc_experiments.commands import parse
+from sdc_sim.report import templates
+from sdc_sim.report.writer import complete
 from sdc_workshop import progress
 from sdc_workshop.exam.answer import PASSED
 from sdc_workshop.grading.handed_in import names, submissions
 from sdc_workshop.steps import load_steps
-from sdc_workshop.workspace import PAGE_STYLE, package_of
+from sdc_workshop.workspace import package_of
 
 # A student who was away for longer was not at a step all the time.
 _LONGEST_MIN = 60.0
@@ -129,12 +128,8 @@ def write_page(options: SimpleNamespace, now_s: float) -> int:
             }
         )
     slow = sorted((row["minutes"] for row in steps if row["minutes"]), reverse=True)[:5]
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader([Path(__file__).parent, PAGE_STYLE]),
-        autoescape=True,
-        trim_blocks=True,
-    )
-    page = environment.get_template("classroom.html.j2").render(
+    template = templates(Path(__file__).parent, trim_blocks=True).get_template("classroom.html.j2")
+    page = template.render(
         rows=sorted(rows, key=lambda row: (len(row["done"]), row["name"])),
         steps=steps,
         slow=slow,
@@ -142,9 +137,8 @@ def write_page(options: SimpleNamespace, now_s: float) -> int:
         every=0 if options.once else _PERIOD_S,
         time=time.strftime("%H:%M:%S", time.localtime(now_s)),
     )
-    temporary = output.with_suffix(".part")
-    temporary.write_text(page, encoding="utf-8")
-    os.replace(temporary, output)  # A browser never reads half a page.
+    with complete(output) as part:  # A browser never reads half a page.
+        part.write_text(page, encoding="utf-8")
     return len(rows)
 
 

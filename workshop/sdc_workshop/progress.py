@@ -8,8 +8,8 @@ import time
 import zlib
 from pathlib import Path
 
+from sdc_sim.report.writer import write_json
 from sdc_workshop.exam.answer import PASSED, WRONG
-from sdc_workshop.grading.record import write_json
 from sdc_workshop.steps import LABS, WORKSHOP, load_steps
 from sdc_workshop.workspace import package_of
 

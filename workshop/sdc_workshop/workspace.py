@@ -15,8 +15,6 @@ from sdc_workshop.student_file import FileError, read, read_anyway, values
 
 PROJECT = Path(__file__).resolve().parents[2]
 SOLUTION = PROJECT / "catkin_ws" / "src"
-# The folder of page.css, the style of every page of the project.
-PAGE_STYLE = SOLUTION / "sdc_sim" / "src" / "sdc_sim" / "report" / "templates"
 # The workspace of the world's packages, which docker/prepare builds; a student's one overlays it.
 WORLD = PROJECT / "world_ws"
 WORLD_SETUP = WORLD / "devel" / "setup.bash"

@@ -63,16 +63,6 @@ def test_port_that_is_taken_is_not_used():
         assert service.free_port("127.0.0.1", port) > port
 
 
-def test_token_is_the_one_of_the_environment_or_new(monkeypatch):
-    monkeypatch.setenv(service.TOKEN_VARIABLE, "given")
-    assert service.token() == "given"
-    # As `docker compose` passes a variable that is not set.
-    monkeypatch.setenv(service.TOKEN_VARIABLE, "")
-    assert len(service.token()) == 48
-    monkeypatch.delenv(service.TOKEN_VARIABLE)
-    assert len(service.token()) == 48 and service.token() != service.token()
-
-
 @pytest.mark.slow(3)
 @pytest.mark.parametrize(
     ("arguments", "error"),

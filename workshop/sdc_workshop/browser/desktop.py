@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 import yaml
 
+from sdc_cockpit.access import new_token
 from sdc_experiments.commands import parse
 from sdc_workshop.browser import service
 from sdc_workshop.workspace import PROJECT
@@ -154,7 +155,7 @@ def main(arguments: Sequence[str]) -> None:
         folder = Path(name)
         with service.Programs(folder / "log") as programs:
             port = service.free_port(options.ip, options.port)
-            given_token = service.token()
+            given_token = new_token()
             Desktop(programs, folder).start(os.environ, options.ip, port, given_token)
             service.announce(
                 "desktop", service.url(options.ip, port, f"?token={given_token}"), options.ip

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import yaml
 
+from sdc_cockpit.access import new_token
 from sdc_experiments.commands import parse
 from sdc_workshop import languages, progress
 from sdc_workshop.browser import desktop, service
@@ -146,7 +147,7 @@ def main(arguments: Sequence[str]) -> None:
         with service.Programs(folder / "log") as programs:
             workspace = _workspace(os.path.expanduser(options.workspace))
             port = service.free_port(options.ip, options.port)
-            given_token = service.token()
+            given_token = new_token()
             root = Path(os.path.commonpath([workspace.parent, PROJECT]))
             cockpit_port = service.free_port("127.0.0.1", COCKPIT_PORT)
             proxied = {

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import ipaddress
 import os
-import secrets
 import signal
 import socket
 import subprocess
@@ -38,11 +37,6 @@ def free_port(address: str, first: int) -> int:
         f"no port is free on {address} from {first} on; name an address of this machine with "
         "--ip, or another port with --port"
     )
-
-
-def token() -> str:
-    """Return the token of the environment, or a new one."""
-    return os.environ.get(TOKEN_VARIABLE) or secrets.token_hex(24)
 
 
 def url(address: str, port: int, path: str) -> str:

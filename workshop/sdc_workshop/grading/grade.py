@@ -22,13 +22,14 @@ from sdc_common.validation import DocumentError
 from sdc_experiments.commands import WordError, parse
 from sdc_experiments.sandbox import SandboxError, user_id
 from sdc_experiments.sweep.dask_engine import ClusterError
+from sdc_sim.report.writer import write_json
 from sdc_workshop.exam.limits import control_groups, has_share
 from sdc_workshop.exam.sandbox import require
 from sdc_workshop.grading.cluster import grade_on_cluster
 from sdc_workshop.grading.copies import Copy, copies
 from sdc_workshop.grading.grading import Conditions, Grade, grade
 from sdc_workshop.grading.handed_in import HandedInError, names, submissions
-from sdc_workshop.grading.record import printable, write_json, write_table
+from sdc_workshop.grading.record import printable, write_table
 from sdc_workshop.grading.rubric import PACKAGED, load_rubric
 from sdc_workshop.grading.summary import cells, ranked, write_csv, write_lms, write_pages
 from sdc_workshop.my_car import DRIVER

@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Callable
 
+from sdc_sim.report.writer import write_json
 from sdc_workshop.exam.answer import NOT_JUDGED, PASSED
 from sdc_workshop.exam.limits import GROUP, control_groups, entering
 from sdc_workshop.exam.process import Program
@@ -26,7 +27,6 @@ from sdc_workshop.grading.record import (
     STATE,
     printable,
     read,
-    write_json,
 )
 from sdc_workshop.show import first_open
 from sdc_workshop.steps import WORKSHOP, load_steps

@@ -5,11 +5,12 @@ from __future__ import annotations
 import contextlib
 import csv
 import json
-import os
 import re
 import threading
 from pathlib import Path
 from typing import Iterable
+
+from sdc_sim.report.writer import write_json
 
 ANSWERS = "answers.json"
 STATE = "check.json"
@@ -66,14 +67,6 @@ class Record:
         with self._lock:
             self._answers[step_id] = answer
             write_json(self.result / ANSWERS, self._answers)
-
-
-def write_json(path: Path, content: dict, mode: int = 0o644) -> None:
-    """Write a file that is complete or not there."""
-    part = path.with_name(f"{path.name}.part")
-    part.touch(mode)
-    part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    os.replace(part, path)
 
 
 def write_table(path: Path, columns: Iterable[str], rows: Iterable[dict]) -> None:

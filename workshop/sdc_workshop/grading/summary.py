@@ -9,13 +9,13 @@ from typing import NamedTuple
 import jinja2
 import yaml
 
+from sdc_sim.report import templates
 from sdc_workshop.exam.answer import PASSED
 from sdc_workshop.grading.grading import Grade
 from sdc_workshop.grading.handed_in import lms_columns
 from sdc_workshop.grading.record import printable, write_table
 from sdc_workshop.grading.rubric import Mark, mark
 from sdc_workshop.steps import WORKSHOP, Step, hint_of, load_steps
-from sdc_workshop.workspace import PAGE_STYLE
 
 _OFF_ROUTE = "off_route"
 # Pairs of students on the page: at most as many, and at least with this share of equal tokens.
@@ -127,13 +127,7 @@ def write_lms(output: Path, rows: list, rubric: dict) -> None:
 
 def write_pages(output: Path, rows: list, pairs: list, lab: str = WORKSHOP) -> None:
     """Write grades.html, and into each student's folder page.html and results.json."""
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader([Path(__file__).parent, PAGE_STYLE]),
-        autoescape=lambda name: name is None or ".json" not in name,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = templates(Path(__file__).parent, trim_blocks=True, lstrip_blocks=True)
     for row in rows:
         try:
             _write_page(environment, output, row, lab)

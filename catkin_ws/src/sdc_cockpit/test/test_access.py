@@ -14,6 +14,8 @@ def test_tokens_are_long_and_differ_unless_the_environment_has_one(monkeypatch):
     assert new_token() != new_token()
     monkeypatch.setenv("JUPYTER_TOKEN", "given")
     assert new_token() == "given"
+    monkeypatch.setenv("JUPYTER_TOKEN", "")  # as docker compose passes one that is not set
+    assert len(new_token()) >= 32
 
 
 @pytest.mark.parametrize("given_token", [None, "", "secre", "secrets", "Secret", "\udcff", "é"])

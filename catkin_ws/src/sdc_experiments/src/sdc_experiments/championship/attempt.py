@@ -10,8 +10,6 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Mapping, Sequence
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
 from sdc_experiments.championship.command import (
     BASELINES,
     FAST,
@@ -30,7 +28,7 @@ from sdc_experiments.commands import called
 from sdc_experiments.sweep.dask_engine import DaskEngine, cores
 from sdc_experiments.sweep.progress import SweepProgress
 from sdc_experiments.sweep.statistics import estimate
-from sdc_sim.report import TEMPLATES
+from sdc_sim.report import templates
 
 # Scores of the baselines by league, name and public seed.
 STORED = Path(__file__).with_name("baselines.json")
@@ -170,10 +168,9 @@ def page_of(server: DriverServer, league: str, row: Mapping[str, Any]) -> str:
 
 def write_page(page: Path, template: str = "championship.html.jinja", **shown: Any) -> None:
     """Write a page from a template of this package."""
-    loader = FileSystemLoader([Path(__file__).parents[1] / "templates", TEMPLATES])
-    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
     shown.update(leagues=LEAGUES, titles=BASELINES, names=TABLE["parts"])
-    page.write_text(environment.get_template(template).render(shown), encoding="utf-8")
+    found = templates(Path(__file__).parents[1] / "templates").get_template(template)
+    page.write_text(found.render(shown), encoding="utf-8")
 
 
 def drive_baselines(options: SimpleNamespace) -> int:

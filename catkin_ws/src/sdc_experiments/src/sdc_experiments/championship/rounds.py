@@ -21,6 +21,7 @@ from sdc_experiments.sandbox import SandboxError
 from sdc_experiments.sweep.cell_drive import code_version, worker_problem
 from sdc_experiments.sweep.dask_engine import DaskEngine, cores
 from sdc_experiments.sweep.progress import SweepProgress
+from sdc_sim.report.writer import write_json
 
 _ROUND, _SECRET, _RESULTS, _SITE = "round.json", "secret", "results", "site"
 _PAGES = {"index.html": "round.html", "feed.xml": "feed.xml"}
@@ -50,10 +51,10 @@ def run(options: SimpleNamespace) -> int:
         left = {name: entries[name] for name in missing}
         for result in command.graded(engine, left, about["league"], seeds):
             key = {"finished": _now(), "key": _key(about, left[result["name"]])}
-            _write(folder / _RESULTS / f"{result['name']}.json", {**key, **result})
+            write_json(folder / _RESULTS / f"{result['name']}.json", {**key, **result})
     if options.reveal:
         about["secret"] = secret
-        _write(folder / _ROUND, about)
+        write_json(folder / _ROUND, about)
     found = {name: _result(folder, about, name, source) for name, source in entries.items()}
     table = _write_site(folder, about, {name: result for name, result in found.items() if result})
     for rank, result in enumerate(table, 1):
@@ -85,7 +86,7 @@ def opened(folder: Path, options: SimpleNamespace) -> dict[str, Any]:
         stream.write(secret)
     digest = hashlib.sha256(secret.encode()).hexdigest()
     about = {**arguments, "secret_sha256": digest, "opened": _now()}
-    _write(path, about)
+    write_json(path, about)
     return about
 
 
@@ -146,7 +147,7 @@ def _write_site(
     """Write the site, and return the results, the best first."""
     site, table = folder / _SITE, sorted(results.values(), key=lambda result: -result["score"])
     site.mkdir(exist_ok=True)
-    _write(site / _ROUND, about)
+    write_json(site / _ROUND, about)
     secret = about.get("secret", "")
     seeds = seeds_of_secret(secret, about["league"], about["drives"]) if secret else []
     drives = table[0]["rows"] if table else []
@@ -157,7 +158,7 @@ def _write_site(
         path = folder / f"{name}.py"
         source = path.read_text("utf-8", "replace") if path.exists() else command.baseline(name)
         if secret:
-            _write(site / f"{name}.json", entry)
+            write_json(site / f"{name}.json", entry)
             with DriverServer(source) as server:
                 shown = page_of(server, about["league"], worst)
         # A drive is known by its number: the seeds are public after the reveal only.
@@ -172,12 +173,6 @@ def _write_site(
         template = f"championship_{template}.jinja"
         write_page(site / name, template, about=about, table=table, seeds=seeds)
     return table
-
-
-def _write(path: Path, content: Mapping[str, Any]) -> None:
-    part = path.with_suffix(".part")
-    part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    os.replace(part, path)
 
 
 def _now() -> str:

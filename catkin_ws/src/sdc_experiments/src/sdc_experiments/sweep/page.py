@@ -7,13 +7,11 @@ import math
 from pathlib import Path
 from typing import Mapping, Sequence
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
 from sdc_experiments.sweep.heat_maps import draw, heat_maps, scenario_name, short_names
 from sdc_experiments.sweep.settings import text
 from sdc_experiments.sweep.statistics import CONFIDENCE, MeanEstimate, combinations
 from sdc_experiments.sweep.study import Study
-from sdc_sim.report import TEMPLATES
+from sdc_sim.report import templates
 
 _LOG_LINES = 15
 
@@ -37,13 +35,8 @@ def write_page(folder: Path, study: Study, rows: Sequence[Mapping], missing: int
         lines = (folder / row["log"]).read_text(encoding="utf-8", errors="replace").splitlines()
         return "\n".join(lines[-_LOG_LINES:])
 
-    environment = Environment(
-        loader=FileSystemLoader([Path(__file__).with_name("templates"), TEMPLATES]),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    own = Path(__file__).with_name("templates")
+    environment = templates(own, trim_blocks=True, lstrip_blocks=True)
     for function in (text, log, estimate_text, scenario_name):
         environment.filters[function.__name__] = function
     shown = {"study": study, "rows": rows, "found": found, "missing": missing}

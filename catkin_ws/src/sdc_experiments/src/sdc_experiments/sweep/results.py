@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Mapping, Sequence
 
 from sdc_experiments.sweep.settings import text
+from sdc_sim.report.writer import write_json
 
 FAILED = "failed"
 _IDENTITY = "study.json"
@@ -70,9 +71,7 @@ class Results:
         with contextlib.suppress(FileNotFoundError, ValueError):
             stored = json.loads(path.read_text(encoding="utf-8"))
         if stored is None or not self.rows:
-            part = path.with_suffix(".part")
-            part.write_text(json.dumps(identity, indent=1) + "\n", encoding="utf-8")
-            os.replace(part, path)
+            write_json(path, identity)
         elif stored != identity:
             changed = [name for name in identity if stored.get(name) != identity[name]]
             names = " and ".join(_PARTS.get(name, f"'{name}'") for name in changed)

@@ -7,7 +7,6 @@ import json
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from sdc_sim.evaluation.drive_evaluation import (
@@ -19,7 +18,7 @@ from sdc_sim.evaluation.drive_evaluation import (
     DriveEvaluation,
 )
 from sdc_sim.evaluation.route_progress import COMPLETED, DriveEvent
-from sdc_sim.report import TEMPLATES
+from sdc_sim.report import templates
 from sdc_sim.report.plots import EVENT_NAMES, SPEED_REASONS, headline, svg_map, svg_panels
 from sdc_sim.road.road_markings import SPEED_COLOURS
 from sdc_sim.yaml_document import packaged_config
@@ -46,12 +45,7 @@ def html_of(result: DriveEvaluation, title: str = "") -> str:
         result: the drive
         title: what was driven, see title_of; "" if that is not known
     """
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        keep_trailing_newline=True,
-    )
+    environment = templates(keep_trailing_newline=True)
     metrics = result.metrics
     names = [*MEANINGS, *(name for name in metrics if name not in MEANINGS)]
     return environment.get_template("report.html.jinja").render(

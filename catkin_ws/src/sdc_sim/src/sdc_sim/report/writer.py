@@ -8,7 +8,8 @@ import json
 import math
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 
 from sdc_sim.evaluation.drive_evaluation import COLUMNS, DriveEvaluation
 from sdc_sim.evaluation.evaluator import evaluate_events
@@ -92,9 +93,7 @@ def write_report(report_path: str, result: DriveEvaluation) -> None:
     with _failing_with(report_path, "the drive is not reported"):
         os.makedirs(os.path.dirname(report_path) or ".", exist_ok=True)
         write_trace(companion(report_path, ".csv"), result)
-        with _complete(report_path) as path, open(path, "w", encoding="utf-8") as file:
-            json.dump(result.metrics, file, indent=2)
-            file.write("\n")
+        write_json(report_path, result.metrics, indent=2)
 
 
 def write_trace(path: str, result: DriveEvaluation) -> None:
@@ -110,15 +109,21 @@ def write_trace(path: str, result: DriveEvaluation) -> None:
 
 
 @contextlib.contextmanager
-def _complete(path: str) -> Iterator[str]:
+def complete(path: str | Path, mode: int = 0o644) -> Iterator[Path]:
     """Yield the path of a file that takes the place of `path` when it is written."""
-    part = path + ".part"
+    part = Path(f"{path}.part")
     try:
+        part.touch(mode)
         yield part
         os.replace(part, path)
     finally:
-        with contextlib.suppress(OSError):
-            os.remove(part)
+        part.unlink(missing_ok=True)
+
+
+def write_json(path: str | Path, content: Mapping, mode: int = 0o644, indent: int = 1) -> None:
+    """Write a file of JSON that is complete or not there."""
+    with complete(path, mode) as part:
+        part.write_text(json.dumps(content, indent=indent) + "\n", encoding="utf-8")
 
 
 def write_pages(report_path: str, result: DriveEvaluation) -> None:
@@ -132,10 +137,10 @@ def write_pages(report_path: str, result: DriveEvaluation) -> None:
     from sdc_sim.report.plots import write_png
 
     with _failing_with(report_path, "the metrics are written, the pages are not"):
-        with _complete(companion(report_path, ".png")) as path:
-            write_png(path, result)
-        with _complete(companion(report_path, ".html")) as path:
-            write_html(path, result, title_of(report_path))
+        with complete(companion(report_path, ".png")) as path:
+            write_png(str(path), result)
+        with complete(companion(report_path, ".html")) as path:
+            write_html(str(path), result, title_of(report_path))
 
 
 def title_of(report_path: str) -> str:
