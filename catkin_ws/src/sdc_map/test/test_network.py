@@ -504,9 +504,10 @@ _UTF_16 = ('<?xml version="1.0" encoding="UTF-16"?>' + _MAPS["line"]).encode("ut
         ("a.xodr", _UTF_16.decode("utf-16").replace("UTF-16", "UTF-8").encode("utf-16")),
         ("a.xodr", _UTF_16.decode("utf-16").encode()),
         ("a.xodr", _MAPS["line"].replace("<road ", "<!-- Straße --><road ").encode("latin-1")),
+        ("a.xodr", _UTF_16.decode("utf-16").replace("UTF-16", "gb2312").encode("gb2312")),
         ("map.xodr.gz", gzip.compress(_MAPS["line"].encode())),
     ],
-    ids=["UTF-16", "UTF-16 as UTF-8", "UTF-8 as UTF-16", "umlaut without encoding", "packed"],
+    ids=["UTF-16", "UTF-16 as UTF-8", "UTF-8 as UTF-16", "umlaut without encoding", "GB", "packed"],
 )
 def test_upper_case_endings_utf_16_and_packed_files_are_read(tmp_path, name, content):
     path = tmp_path / name
@@ -555,8 +556,9 @@ def test_network_in_coordinates_of_the_earth_is_moved_to_the_origin(tmp_path):
 _UNREAD = """<lateralProfile><superelevation s="30" a="0.1" b="0" c="0" d="0"/></lateralProfile>
   <signals><signal id="1" s="40" t="0" dynamic="no" orientation="+" type="274"/>
   <signal id="7" s="5" t="0" dynamic="no" orientation="+" type=""/>
+  <signal id="8" s="9" t="0" dynamic="yes" orientation="+" type="1"><validity from="1"/></signal>
   <signalReference id="7" s="9" t="0" orientation="+"/></signals>
-  <objects><object id="2" s="50" t="0" type="tree"/></objects>"""
+  <objects><object id="2" s="50" t="0" type="tree"/><object id="3" s="5" t="1i"/></objects>"""
 _LINK = '<link><successor elementType="road" elementId="9" contactPoint="start"/></link>'
 _WAY = """<junction id="4"><connection id="0" incomingRoad="7" connectingRoad="8"/></junction>
   <junction id="5" type="virtual"/>"""
@@ -571,17 +573,27 @@ def test_what_is_not_read_is_left_out_and_named(tmp_path):
     network = load_network(write(tmp_path, text))
     assert len(network.driving) == 2
     assert sorted(network.findings.lines()) == [
-        "elements access (1, the first: road 7 at 0 m)",
         "elements height (1, the first: road 7 at 3 m)",
         "elements superelevation (1, the first: road 7 at 30 m)",
         "junctions of the type virtual (1, the first: junction 5)",
+        "lanes for bus (1, the first: lane -7_0)",
+        "lights that are at no junction (1, the first: signal 8 of road 7)",
         "links to what the file does not have (2, the first: road 7 to road 9)",
         "objects of the type tree (1, the first: road 7 at 50 m)",
+        "objects without t (1, the first: object 3 of road 7)",
         "signals of the type 274 (1, the first: road 7 at 40 m)",
         "signals without type (1, the first: signal 7 of road 7)",
     ]
     (place,) = network.findings.places["objects of the type tree"]
     assert place.point_m == pytest.approx((10 + 50 * math.cos(0.3), -4 + 50 * math.sin(0.3)))
+
+
+def test_piece_that_begins_later_is_not_continued_backwards(tmp_path):
+    late = '<lanes><laneOffset s="40" a="0" b="0.1" c="0" d="0"/>'
+    texts = _MAPS["line"], _MAPS["line"].replace("<lanes>", late)
+    plain, moved = (load_network(write(tmp_path, text)).lanes["-7_1"].points_m for text in texts)
+    assert moved[0] == pytest.approx(plain[0], abs=0.01)
+    assert np.hypot(*(moved[-1] - plain[-1])) == pytest.approx(4.0, abs=0.1)
 
 
 def test_lanes_of_a_town_are_linked(streets):
@@ -647,6 +659,10 @@ def test_nearest_lane_prefers_the_direction_of_the_car(streets):
         ("a.xodr", "", "is empty; download"),
         ("a.osm", '<?xml version="1.0" encoding="no"?><osm/>', "no XML: unknown encoding"),
         ("a.xodr", "<html/>", "first element is html, not OpenDRIVE; download"),
+        ("a.xodr", "<html><br>", "is a web page, and no map; download"),
+        ("a.xodr", "version https://git-lfs.github.com/spec/v1", "Git LFS .* `git lfs pull`"),
+        ("a.osm", '<osm><relation><tag k="type" v="lanelet"/></relation></osm>', "map of Lanelet2"),
+        ("a.xodr", '<OpenDRIVE><road length="9"/></OpenDRIVE>', "a road has no id; give each one"),
         ("a.xodr", "<net/>", "first element is net, not OpenDRIVE; .* the ending .net.xml"),
         ("a.xodr", _MAPS["line"].replace('x="10"', 'x="nan"'), r"road 7 is at \[nan, -4.0\]"),
         ("a.xodr", _MAPS["line"].replace('length="80" id', 'length="1e9" id'), "from 0 to 100 km"),

@@ -52,10 +52,10 @@ class GlobalPlannerNode:
             try:
                 mission = self.planner.update(x, y, yaw, odometry.pose.pose.position.z)
             except NoRouteError as error:
-                if self.planner.mission is None:
-                    refuse(error)
-                rospy.logerr_throttle(1.0, f"global_planner: {error}; the last mission stays")
-                return
+                refuse(error)
+            if self.planner.problem:
+                text = f"global_planner: {self.planner.problem}; the last mission stays"
+                rospy.logerr_throttle(1.0, text)
             if mission is not None:
                 self.publish(mission)
 

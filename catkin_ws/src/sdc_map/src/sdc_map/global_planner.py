@@ -6,7 +6,7 @@ import math
 from typing import Callable, Sequence
 
 from sdc_common.geometry.polyline import Polyline
-from sdc_map.lane_graph import LaneGraph
+from sdc_map.lane_graph import LaneGraph, NoRouteError
 from sdc_map.mission import Mission, Point, plan_mission
 from sdc_map.network import Network
 
@@ -26,6 +26,7 @@ class GlobalPlanner:
         goals: points (x, y) to which the car drives, in order; passed ones are removed [m]
         closed: ids of closed lanes
         mission: the last mission, None before the first one
+        problem: why the last mission stays although another one is needed, "" if none is needed
         graph: the ways between the lanes
         on_mission: called with each new mission
     """
@@ -33,6 +34,7 @@ class GlobalPlanner:
     def __init__(self, network: Network, goals: Sequence[Point] = ()):
         self.network = network
         self.closed: set[str] = set()
+        self.problem = ""
         self.mission: Mission | None = None
         self.graph = LaneGraph(network)
         self.on_mission: Callable[[Mission], None] = lambda _: None
@@ -67,15 +69,20 @@ class GlobalPlanner:
             z_m: height of the car, NaN if it is not known [m]
 
         Raises:
-            NoRouteError: a goal cannot be reached; the last mission stays
+            NoRouteError: a goal cannot be reached, and there is no last mission, which stays
         """
         lost = self.mission is not None and self._is_lost(x_m, y_m, yaw_rad, z_m)
         if not (self._due or lost):
             return None
-        self._due = False
-        self.mission = mission = plan_mission(
-            self.graph, self.goals, x_m, y_m, yaw_rad, self.closed, z_m
-        )
+        self._due, pose = False, (x_m, y_m, yaw_rad)
+        try:
+            mission = plan_mission(self.graph, self.goals, *pose, self.closed, z_m)
+        except NoRouteError as error:
+            if self.mission is None:
+                raise
+            self.problem = str(error)
+            return None
+        self.mission, self.problem = mission, ""
         self._line = Polyline(mission.points_m.tolist(), extend=False)
         self._s_m, self._ends_m = 0.0, list(mission.ends_m)
         self.on_mission(mission)

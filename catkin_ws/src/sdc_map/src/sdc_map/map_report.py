@@ -11,7 +11,7 @@ import numpy as np
 
 from sdc_common.configuration import how_to_install
 from sdc_map.findings import FilePlace
-from sdc_map.network import DRIVING, WALKING, Network
+from sdc_map.network import DRIVING, WALKING, Junction, Network, edge_of
 from sdc_map.network_file import MapError, load_network
 
 # Most pixels of a picture along its longer side, and for a metre of the map.
@@ -21,6 +21,12 @@ _PIXELS_PER_M = 6.0
 _INCHES = 16.0
 # What a picture shows around the lanes [m].
 _MARGIN_M = 20.0
+
+
+def _is_junction(junction: Junction) -> bool:
+    """Return whether there is a choice of ways: at a place within a road, lanes begin or end."""
+    ways = {(edge_of(way.start), edge_of(way.end)) for way in junction.connections}
+    return any(len({way[end] for way in ways}) < len(ways) for end in (0, 1))
 
 
 def report_lines(network: Network) -> Iterator[str]:
@@ -33,9 +39,7 @@ def report_lines(network: Network) -> Iterator[str]:
         f"{network.name}: {len(network.driving)} lanes for cars, {length_km:.1f} km; "
         f"{sidewalks} sidewalks, {len(outside) - len(streets) - sidewalks} other lanes"
     )
-    junctions = [
-        junction for junction in network.junctions.values() if len(junction.connections) > 2
-    ]
+    junctions = [junction for junction in network.junctions.values() if _is_junction(junction)]
     types = Counter(junction.kind for junction in junctions).most_common()
     names = ", ".join(f"{number} {kind}" for kind, number in types)
     yield f"junctions: {len(junctions)}" + (f" ({names})" if names else "")

@@ -76,7 +76,7 @@ def plan_mission(
         start = goal
     points, limits, ends_m, lost = _resampled(pieces, ends)
     bent = next((lane.id for lane in lost if lane.junction), None)
-    if bent is not None:
+    if bent is not None and bent not in closed:
         with contextlib.suppress(NoRouteError):
             return plan_mission(graph, goals, x_m, y_m, yaw_rad, {*closed, bent}, z_m)
     return Mission(points, limits, tuple(lanes), ends_m, time_s)

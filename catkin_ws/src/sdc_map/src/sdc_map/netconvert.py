@@ -15,7 +15,7 @@ import numpy as np
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_map.findings import Findings
 from sdc_map.mirror import move_net
-from sdc_map.opendrive_file import read_opendrive, shift_to_origin
+from sdc_map.opendrive_file import read_opendrive, road_between_junctions, shift_to_origin
 from sdc_map.opendrive_lanes import OpenDriveLanes
 from sdc_map.osm_file import read_osm
 from sdc_map.sumo_programs import MapError, cached, lengthen_yellow, run
@@ -80,7 +80,7 @@ def map_source(path: str) -> MapSource:
         if name.endswith(".pbf"):
             fix = "write it as XML: osmium cat FILE.osm.pbf -o FILE.osm"
         raise MapError(f"{path}: is no map by its ending; {fix}")
-    root, findings, lanes = _parsed(path, tag), Findings(), None
+    root, findings, lanes, fix = _parsed(path, tag), Findings(), None, _FIXES[tag]
     options: tuple[str, ...] = _OPENDRIVE
     try:
         if tag == "net":
@@ -91,15 +91,17 @@ def map_source(path: str) -> MapSource:
             return MapSource(net_path, findings, is_left)
         if tag == "OpenDRIVE":
             is_left = read_opendrive(root, findings)
+            if road := road_between_junctions(root):
+                fix = f"{road}, which it may not read: write a road between them"
             files, lanes = {"map.xodr": ElementTree.tostring(root)}, OpenDriveLanes(root)
         else:
             files, projection, is_left = read_osm(root, findings)
             options = (*_OSM, projection)
     except LookupError as error:
-        raise MapError(f"{path}: lacks a part ({error!r}); {_FIXES[tag]}") from None
+        raise MapError(f"{path}: lacks a part ({error!r}); {fix}") from None
     except ValueError as error:
         raise MapError(f"{path}: {error}") from None
-    net_path = _converted(path, files, options, _FIXES[tag])
+    net_path = _converted(path, files, options, fix)
     return MapSource(net_path, findings, is_left, lanes)
 
 
@@ -118,8 +120,14 @@ def _parsed(path: str, tag: str) -> ElementTree.Element:
     except MapError:
         raise
     except (ElementTree.ParseError, EOFError, LookupError, ValueError, zlib.error) as error:
-        text = f"is no XML: {error}" if content else "is empty"
-        raise MapError(f"{path}: {text}; download or export it again") from None
+        text, fix = f"is no XML: {error}", "download or export it again"
+        if content.startswith(b"version https://git-lfs"):
+            text, fix = "is a pointer of Git LFS to the map", "get it with `git lfs pull`"
+        elif re.search(rb"<!doctype html|<html", content[:1000], re.IGNORECASE):
+            text = "is a web page, and no map"
+        elif not (content or is_packed):
+            text = "is empty"
+        raise MapError(f"{path}: {text}; {fix}") from None
     for element in root.iter():
         element.tag = element.tag.rpartition("}")[2]
     if root.tag != tag:
@@ -130,13 +138,13 @@ def _parsed(path: str, tag: str) -> ElementTree.Element:
     return root
 
 
-def _decoded(content: bytes) -> str | bytes:
-    """Return the text of a file; the parser decodes one that declares another encoding than UTF."""
+def _decoded(content: bytes) -> str:
+    """Return the text of a file, in UTF-16 by its mark, or as it declares, else in UTF-8."""
     if content[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
         return content.decode("utf-16")
-    is_other = re.match(rb"<\?xml[^>]*encoding\s*=\s*.(?!utf)", content, re.IGNORECASE)
+    named = re.match(rb"<\?xml[^>]*encoding\s*=\s*.(?!utf)([\w.-]+)", content, re.IGNORECASE)
     # A letter in another encoding, as of the name of a street, must not refuse the map.
-    return content if is_other else content.decode("utf-8-sig", "replace")
+    return content.decode(named[1].decode() if named else "utf-8-sig", "replace")
 
 
 def _moved(path: str, root: ElementTree.Element, findings: Findings) -> tuple[str, bool]:

@@ -8,8 +8,10 @@ python3 -m sdc_map.network_file MAP [--lanes] prints what is in a map, and the l
 
 from __future__ import annotations
 
+import gzip
 import importlib
 import itertools
+import math
 import os
 import re
 import sys
@@ -57,6 +59,10 @@ from sdc_map.sumo_programs import MapError
 _SLOWEST_MPS = 2.0
 # Traffic drives on the lines of netconvert where those of the network are nearer [m].
 _BESIDE_M = 0.5
+# A light is so near to the middle of its junction [m].
+_LIGHT_M = 60.0
+# Lanes that the file links are so near to each other [m].
+_APART_M = 1.0
 # More lanes take more than a minute, and more than 2 GB.
 _MOST_LANES = 100_000
 _UNCROSSED = (SOLID, DOUBLE, KERB)
@@ -89,6 +95,7 @@ def _loaded(path: str, _: int) -> Network:
         ) from None
     options = dict.fromkeys(("withInternal", "withPrograms", "withPedestrianConnections"), True)
     try:
+        _check_size(source.net_path)
         net = readNet(source.net_path, **options)
         _check(net)
         crosswalks = list(_polygons(source.net_path)) if own else []
@@ -103,10 +110,14 @@ def _loaded(path: str, _: int) -> Network:
         text = f"is no complete network of SUMO ({error!r})"
         raise MapError(f"{path}: {text}; make it again with netconvert") from None
     network.net_path, network.findings = source.net_path, findings
-    if own is None:
-        _name_unread(net, findings)
-    else:
+    # On a shoulder of OpenDRIVE, whose type its reader names, netconvert lets authorities drive.
+    _name_unread(net, "" if own is None else "authority", findings)
+    if own is not None:
         network.net_path = _net_of_traffic(net, network)
+        lit = [one.polygon_m.mean(axis=0) for one in network.junctions.values() if one.phases]
+        for text, point_m in own.lights:
+            if not any(math.dist(point_m, middle_m) < _LIGHT_M for middle_m in lit):
+                findings.add("lights that are at no junction", text, point_m)
     return mirrored(network) if source.is_mirror else network
 
 
@@ -121,6 +132,15 @@ def _net_of_traffic(net: Any, network: Network) -> str:
     return net_with_lines(network.net_path, lines_m) if lines_m else network.net_path
 
 
+def _check_size(path: str) -> None:
+    """Raise DocumentError for a network of SUMO that would take more than a minute."""
+    with gzip.open(path) if path.endswith(".gz") else open(path, "rb") as file:
+        count = sum(line.count(b"<lane ") for line in file)
+    if count > _MOST_LANES:
+        text = f"has {count} lanes, and at most {_MOST_LANES} are read"
+        raise DocumentError(f"{text}; read a smaller area")
+
+
 def _check(net: Any) -> None:
     """Raise DocumentError for a network on which no car can drive."""
     lanes = [lane for edge in net.getEdges() for lane in edge.getLanes()]
@@ -129,23 +149,23 @@ def _check(net: Any) -> None:
         if not max(abs(x_m), abs(y_m)) < FARTHEST_M:
             text = f"lane {lane.getID()} is at ({x_m:.0f}, {y_m:.0f}) m"
             raise DocumentError(f"{text}, which is no place within 100 km; correct it there")
-    if len(lanes) > _MOST_LANES:
-        text = f"has {len(lanes)} lanes, and at most {_MOST_LANES} are read"
-        raise DocumentError(f"{text}; read a smaller area")
     if DRIVING not in map(_kind, lanes):
         text = f"has no lane for cars with a limit of {_SLOWEST_MPS:g} m/s or more"
         raise DocumentError(f"{text}; read a map with streets")
 
 
-def _name_unread(net: Any, findings: Findings) -> None:
-    """Add lanes on which no car, bicycle or pedestrian goes, and rail crossings."""
+def _name_unread(net: Any, named: str, findings: Findings) -> None:
+    """Add lanes on which no car, bicycle or pedestrian goes, and rail crossings.
+
+    Those of the users `named` are named already.
+    """
     for lane in (lane for edge in net.getEdges(False) for lane in edge.getLanes()):
         place = f"lane {lane.getID()}"
         kind, point_m = _kind(lane), tuple(lane.getShape()[0][:2])
         if kind != DRIVING and lane.allows("passenger"):
             findings.add("lanes for cars below 2 m/s", place, point_m)
-        elif kind == OTHER:
-            users = min(lane.getPermissions(), default="no one")
+        users = min(lane.getPermissions(), default="no one")
+        if kind == OTHER and not lane.allows("passenger") and users != named:
             findings.add(f"lanes for {users}", place, point_m)
     for node in net.getNodes():
         if node.getType() in ("rail_crossing", "rail_signal"):
@@ -173,7 +193,7 @@ def _network(
                 comes[following].append(start)
     lines = {name: _points(lane.getShape3D()) for name, lane in sources.items()}
     if own is not None:
-        _take_lines_of_file(lines, sources, own, leads)
+        _take_lines_of_file(lines, sources, own, leads, findings)
     lanes = [_lane(lane, lines, own, leads[name], comes[name]) for name, lane in sources.items()]
     lanes = without_bends(lanes, findings)
     for edge in net.getEdges():
@@ -234,7 +254,11 @@ def _points(shape: Any) -> np.ndarray:
 
 
 def _take_lines_of_file(
-    lines: dict[str, np.ndarray], sources: dict, own: OpenDriveLanes, leads: dict[str, list[str]]
+    lines: dict[str, np.ndarray],
+    sources: dict,
+    own: OpenDriveLanes,
+    leads: dict[str, list[str]],
+    findings: Findings,
 ) -> None:
     """Replace the centre lines of netconvert by those of OpenDRIVE.
 
@@ -256,6 +280,12 @@ def _take_lines_of_file(
                 continue
             choices = own.through(*_origin(sources[through[0]])), [lines[one] for one in through]
             found = [np.vstack(line) for line in choices if line is not None]
+            if choices[0] is not None:
+                ends_m = np.vstack([lines[name][-1], lines[end][0]]) - found[0][[0, -1]]
+                apart_m = float(np.hypot(*ends_m[:, :2].T).max())
+                if apart_m > _APART_M:
+                    text = f"{name} to {end}, {apart_m:.0f} m"
+                    findings.add("linked lanes that do not meet", text, tuple(found[0][0, :2]))
             line = joint(lines[name], lines[end], found)
             # Those of netconvert may have no length.
             lengths_m = [max(arc_lengths(lines[one])[-1], 1e-3) for one in through]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import itertools
 import math
 import re
 import xml.etree.ElementTree as ElementTree
@@ -10,6 +11,7 @@ from typing import Any, Iterator
 
 import numpy as np
 
+from sdc_common.routes.csv_columns import is_number
 from sdc_map.direct_junctions import write_connecting_roads
 from sdc_map.findings import Findings
 from sdc_map.mirror import mirror_left_hand
@@ -37,7 +39,8 @@ _WHOLES = (
 )
 _PARTS = (
     *("predecessor", "successor", "speed", "line", "spiral", "arc", "poly3", "paramPoly3"),
-    *("elevation", "laneOffset", "width", "border", "roadMark", "signalReference", "userData"),
+    *("elevation", "laneOffset", "width", "border", "roadMark", "access", "signalReference"),
+    "userData",
 )
 _READ = ("header", "road", "junction", "controller", "junctionGroup", "userData")
 # Elements of a road whose attributes are numbers, or words other than nan and inf.
@@ -66,6 +69,10 @@ def read_opendrive(root: ElementTree.Element, findings: Findings) -> bool:
         for element in [*header.findall("geoReference"), *header.findall("offset")]:
             header.remove(element)
     _refuse(root)
+    for parent in [*root.iter()]:
+        for one in parent.findall("validity"):
+            if not {"fromLane", "toLane"} <= {*one.attrib}:
+                parent.remove(one)
     _move(root, findings)
     is_left = mirror_left_hand(root)
     for element in root:
@@ -92,6 +99,7 @@ def _check_numbers(road: ElementTree.Element) -> None:
 
 def _read_road(road: ElementTree.Element, findings: Findings) -> None:
     _check_numbers(road)
+    _write_starts(road)
     _name_unread(road, findings)
     for section, start_m, _ in sections(road):
         # netconvert takes lanes to be in this order.
@@ -121,7 +129,7 @@ def _read_road(road: ElementTree.Element, findings: Findings) -> None:
 
 def _refuse(root: ElementTree.Element) -> None:
     """Raise ValueError for what is valid OpenDRIVE and cannot be driven."""
-    names = [road.attrib["id"] for road in root.iter("road")]
+    names = [road.get("id", "") for road in root.iter("road")]
     if not names:
         files = ", ".join(one.get("file", "") for one in root.iter("include"))
         fix = f"write what is in {files} in the place of its include" if files else "add roads"
@@ -130,6 +138,8 @@ def _refuse(root: ElementTree.Element) -> None:
         if names.count(name) > 1:
             raise ValueError(f"{names.count(name)} roads have the id {name}; give each its own")
     for place in (*root.iter("road"), *root.iter("junction")):
+        if not place.get("id"):
+            raise ValueError(f"a {place.tag} has no id; give each one")
         if re.search(_NOT_IN_IDS, place.attrib["id"]):
             text = f"the id of {place.tag} {place.get('id')!r} has a blank or another mark"
             raise ValueError(f"{text} that SUMO refuses; write letters, digits, - and _ in it")
@@ -198,7 +208,8 @@ def _remove_open_links(root: ElementTree.Element, findings: Findings) -> None:
 def _elements(parent: ElementTree.Element, s_m: float = 0.0) -> Iterator[tuple]:
     """Yield the elements of a road whose parents are read: parent, element and place [m]."""
     for element in list(parent):
-        at_m = float(element.get("s") or s_m + float(element.get("sOffset") or 0.0))
+        s = element.get("s", "")
+        at_m = float(s) if is_number(s) else s_m + float(element.get("sOffset") or 0.0)
         yield parent, element, at_m
         if element.tag in _WHOLES:
             yield from _elements(element, at_m)
@@ -211,7 +222,12 @@ def _name_unread(road: ElementTree.Element, findings: Findings) -> None:
     """
     for parent, element, s_m in _elements(road):
         tag, kind = element.tag, element.get("type", "")
-        lacking = [name for name in _NEEDED.get(tag, ()) if not element.get(name)]
+        values = {name: element.get(name, "") for name in _NEEDED.get(tag, ())}
+        lacking = [
+            name
+            for name, value in values.items()
+            if not value or name in ("s", "t") and not is_number(value)
+        ]
         sizes = [element.get(name) for name in ("inner", "outer", *"abcd")]
         is_nothing = any(sizes) and not any(float(size or 0.0) for size in sizes)
         if lacking:
@@ -231,6 +247,31 @@ def _name_unread(road: ElementTree.Element, findings: Findings) -> None:
 def _add(findings: Findings, kind: str, road: ElementTree.Element, s_m: float) -> None:
     """Add a place along a road [m]."""
     findings.add(kind, f"road {road.get('id')} at {s_m:.0f} m", point_at(road, s_m))
+
+
+def _write_starts(road: ElementTree.Element) -> None:
+    """Write what applies before the first piece: no lane offset, and else the value of the piece.
+
+    netconvert continues the first piece backwards.
+    """
+    keys = {"laneOffset": "s", "elevation": "s", "width": "sOffset"}
+    for parent, (tag, key) in itertools.product([*road.iter()], keys.items()):
+        pieces = parent.findall(tag)
+        first = min(pieces, key=lambda piece: float(piece.attrib[key]), default=None)
+        if first is not None and float(first.attrib[key]) > _SAME_PLACE_M:
+            value = "0" if tag == "laneOffset" else first.attrib["a"]
+            start = ElementTree.Element(tag, {key: "0", "a": value, **dict.fromkeys("bcd", "0")})
+            parent.insert(list(parent).index(pieces[0]), start)
+
+
+def road_between_junctions(root: ElementTree.Element) -> str:
+    """Return a road in a junction that leads into another one, "" if there is none."""
+    for road in root.iter("road"):
+        for link in road.findall("link/*") if road.get("junction", "-1") != "-1" else ():
+            if link.get("elementType") == "junction":
+                place = f"road {road.get('id')} of junction {road.get('junction')}"
+                return f"{place} leads into junction {link.get('elementId')}"
+    return ""
 
 
 def _write_arcs(road: ElementTree.Element) -> None:

@@ -46,6 +46,7 @@ class OpenDriveLanes:
         self._sections: dict[str, list[dict[str, Piece]]] = defaultdict(list)
         # Start and end along the road [m] and type of what is painted at the outer edge of a lane.
         self._marks: dict[tuple[str, str], list[tuple[float, float, str]]] = defaultdict(list)
+        self.lights: list[tuple[str, tuple[float, float]]] = []  # name and place [m] of each
         for road in root.iter("road"):
             with named_road(road):
                 self._read(road)
@@ -62,6 +63,10 @@ class OpenDriveLanes:
                     row = start + first, start + last, mark.attrib["type"]
                     self._marks[name, lane.attrib["id"]].append(row)
             self._sections[name].append(dict(pieces(road, section, start, end)))
+        for signal in road.findall("signals/signal"):
+            if signal.get("dynamic") == "yes":
+                point_m = point_at(road, float(signal.attrib["s"]))
+                self.lights.append((f"signal {signal.get('id')} of road {name}", point_m))
 
     def length_m(self, road: str) -> float:
         """Return the length of a road [m]."""

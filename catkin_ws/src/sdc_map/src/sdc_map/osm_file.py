@@ -15,7 +15,7 @@ import numpy as np
 from sdc_map.findings import Findings
 from sdc_map.map_file import packaged_maps
 from sdc_map.mirror import mirrored_tags
-from sdc_map.osm_side import traffic_side
+from sdc_map.osm_side import Tagged, traffic_side
 
 # Streets for cars in SUMO's XML: lanes in a direction and limit where the file has none, and rank.
 _TYPES = Path(packaged_maps(), "osm.typ.xml").read_bytes()
@@ -72,10 +72,7 @@ def read_osm(root: ElementTree.Element, findings: Findings) -> tuple[dict[str, b
     places = {name: place for name, node in nodes.items() if (place := _place(node)) is not None}
     used = [name for name in on_streets if name in places]
     if not used:
-        kinds = sorted({tags["highway"] for _, tags in ways if "highway" in tags})
-        text = f"only {', '.join(kinds[:5])}" if kinds else "no way with the key highway"
-        text = "of which the file has a valid place" if streets else text
-        raise ValueError(f"has no street for cars, {text}; export an area with streets")
+        raise ValueError(_without_streets(tagged, bool(streets)))
     is_left, findings.side = traffic_side(tagged, streets, places)
     if is_left:
         places = {name: place * (-1.0, 1.0) for name, place in places.items()}
@@ -112,6 +109,17 @@ def read_osm(root: ElementTree.Element, findings: Findings) -> tuple[dict[str, b
     )
     projection = "--proj=+proj=tmerc +ellps=WGS84 +units=m +lat_0={} +lon_0={}".format(*middle)
     return {"map.osm": ElementTree.tostring(kept), "types.xml": _TYPES}, projection, is_left
+
+
+def _without_streets(tagged: Tagged, are_streets: bool) -> str:
+    """Return what is wrong with a file without a street for cars that has a place."""
+    if any(tags.get("type") == "lanelet" for _, tags in tagged):
+        return "is a map of Lanelet2, which is not read; convert it to OpenDRIVE"
+    ways = (tags for element, tags in tagged if element.tag == "way")
+    kinds = sorted({tags["highway"] for tags in ways if "highway" in tags})
+    text = f"only {', '.join(kinds[:5])}" if kinds else "no way with the key highway"
+    text = "of which the file has a valid place" if are_streets else text
+    return f"has no street for cars, {text}; export an area with streets"
 
 
 def _tags(element: ElementTree.Element) -> dict[str, str]:
