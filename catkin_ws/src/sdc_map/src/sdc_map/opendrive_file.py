@@ -30,7 +30,7 @@ _TYPES = {
 _FOR_CARS = ("driving", "entry", "exit", "onRamp", "offRamp", "mwyEntry", "mwyExit")
 _NOT_IN_IDS = r"""[\s:;|,<>&'"\\]|^$"""
 # Attributes without which netconvert refuses the whole map.
-_NEEDED = {"signal": ("id", "type", "s", "orientation", "dynamic"), "object": ("s", "t")}
+_NEEDED = {"signal": ("id", "type", "s", "orientation", "dynamic"), "object": ("id", "s", "t")}
 # Elements of a road whose parts are read, those that are read without their parts, and the first
 # level of the file that is read.
 _WHOLES = (
@@ -65,14 +65,8 @@ def read_opendrive(root: ElementTree.Element, findings: Findings) -> bool:
     Raises:
         LookupError, ValueError: it is not valid OpenDRIVE
     """
-    for header in root.findall("header"):
-        for element in [*header.findall("geoReference"), *header.findall("offset")]:
-            header.remove(element)
+    _mend(root)
     _refuse(root)
-    for parent in [*root.iter()]:
-        for one in parent.findall("validity"):
-            if not {"fromLane", "toLane"} <= {*one.attrib}:
-                parent.remove(one)
     _move(root, findings)
     is_left = mirror_left_hand(root)
     for element in root:
@@ -86,6 +80,20 @@ def read_opendrive(root: ElementTree.Element, findings: Findings) -> bool:
     _remove_open_links(root, findings)
     write_connecting_roads(root, findings)
     return is_left
+
+
+def _mend(root: ElementTree.Element) -> None:
+    """Remove the projection, and what no lane needs and netconvert would refuse."""
+    for header in root.findall("header"):
+        for element in [*header.findall("geoReference"), *header.findall("offset")]:
+            header.remove(element)
+        for name, usual in (("revMajor", "1"), ("revMinor", "4")):
+            if not header.get(name, "").isdecimal():
+                header.set(name, usual)
+    for parent in [*root.iter()]:
+        for one in parent.findall("validity"):
+            if not {"fromLane", "toLane"} <= {*one.attrib}:
+                parent.remove(one)
 
 
 def _check_numbers(road: ElementTree.Element) -> None:
@@ -218,7 +226,7 @@ def _elements(parent: ElementTree.Element, s_m: float = 0.0) -> Iterator[tuple]:
 def _name_unread(road: ElementTree.Element, findings: Findings) -> None:
     """Add signs, objects and other parts of a road that the map does not have.
 
-    Remove signals and objects for which netconvert would refuse the whole map.
+    Remove objects, and signals for which netconvert would refuse the whole map.
     """
     for parent, element, s_m in _elements(road):
         tag, kind = element.tag, element.get("type", "")
@@ -240,6 +248,7 @@ def _name_unread(road: ElementTree.Element, findings: Findings) -> None:
         elif tag == "object":
             if kind.lower() != "crosswalk":
                 _add(findings, f"objects of the type {kind or 'none'}", road, s_m)
+                parent.remove(element)
         elif tag not in (*_WHOLES, *_PARTS) and not is_nothing:
             _add(findings, f"elements {tag}", road, s_m)
 
