@@ -132,10 +132,21 @@ def _is_in(written: str, text: str, names: dict) -> bool:
 
 
 def shape_sentence(results: Results, got: list) -> str:
-    """Return a sentence about a first result that has another shape, or ""."""
-    shapes = [np.array(values[:1], object).shape[1:] for values in ([*_quiet(results)], got)]
-    key = "shape" if shapes[0] else "pair"
-    return _tables()[key].format(*shapes) if shapes[0] != shapes[1] else ""
+    """Return a sentence about the form of a first result, such as its shape, or ""."""
+    both = [*_quiet(results)], got
+    shapes = [np.array(values[:1], object).shape[1:] for values in both]
+    if shapes[0] != shapes[1]:
+        return _tables()["shape" if shapes[0] else "pair"].format(*shapes)
+    with contextlib.suppress(TypeError, ValueError):
+        right, mine = (np.array(values[0], float) for values in both)
+        wrong = ~np.isclose(mine, right, TOLERANCE, TOLERANCE)
+        if right.ndim == 2 and (mine == np.diag(np.diag(mine))).all() and not np.diag(wrong).any():
+            return _tables()["diagonal"]
+        if np.allclose(*(np.sort(values, axis=None) for values in (mine, right))):
+            return _tables()["order"]
+        if wrong.sum() == 1 < right.size:
+            return _tables()["one"].format(", ".join(map(str, np.argwhere(wrong)[0])))
+    return ""
 
 
 def _put(places: list) -> None:
