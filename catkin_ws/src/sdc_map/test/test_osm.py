@@ -164,6 +164,7 @@ def test_file_without_streets_is_one_line(tmp_path, ways, words):
     ("nodes", "tags", "named"),
     [
         ([1, 5], {"lanes": "9999"}, "lanes=9999, not read"),
+        ([1, 5], {"width": "0.5"}, "width=0.5, not read"),
         ([1, 5], {"lanes": "3", "lanes:both_ways": "1"}, "ways with lanes:both_ways, not for cars"),
         ([1, 2, 3], {}, "lights that are at no junction"),
     ],

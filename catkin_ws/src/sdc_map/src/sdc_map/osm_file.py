@@ -213,9 +213,10 @@ def _of_way(tags: dict[str, str], side: str) -> Iterator[str]:
 
 
 def _is_wrong(key: str, value: str) -> bool:
-    """Return whether a number of lanes is none, with which netconvert would not end."""
+    """Return whether netconvert would not end with a number of lanes, or a width is no street's."""
     is_count = key in _LANES and not re.fullmatch(r"[1-9]|1\d", value)
-    return is_count or (key == "width" and not re.fullmatch(r"\d+(\.\d+)?( ?m)?", value))
+    is_width = key == "width" and not re.fullmatch(r"([2-9]|\d\d+)(\.\d+)?( ?m)?", value)
+    return is_count or is_width
 
 
 def _limit(value: str) -> str | None:
