@@ -28,7 +28,7 @@ _TYPES = {
     **dict.fromkeys(("slipLane", "connectingRamp", "shared"), "driving"),
 }
 _FOR_CARS = ("driving", "entry", "exit", "onRamp", "offRamp", "mwyEntry", "mwyExit")
-_NOT_IN_IDS = r"""[\s:;|,<>&'"\\]|^$"""
+_NOT_IN_IDS = r"""[\s;|,<>&'"\\]|^:"""
 # Attributes without which netconvert refuses the whole map.
 _NEEDED = {"signal": ("id", "type", "s", "orientation", "dynamic"), "object": ("id", "s", "t")}
 # Elements of a road whose parts are read, those that are read without their parts, and the first
