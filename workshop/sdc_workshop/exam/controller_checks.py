@@ -92,7 +92,8 @@ class BasicControlCheck(NodeCheck):
             ),
         )
         found = [_field_problem(command, basic, "for an odometry") for command in nearest()]
-        found += [_field_problem(stop, _STOP, "before the first odometry") for stop in first]
+        stopped = {**_NOT_SET, **_STOP}
+        found += [_field_problem(stop, stopped, "before the first odometry") for stop in first]
         if any(found):
             return next(filter(None, found))
         if len(found) == 1 and "1.5" in variant.judged:
