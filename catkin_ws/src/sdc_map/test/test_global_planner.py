@@ -63,7 +63,8 @@ def test_new_goal_and_closed_lane_give_another_mission():
     assert planner.update(21.0, 0.0, 0.0) is None
     planner.close("turn")
     assert planner.update(22.0, 0.0, 0.0) is None and "past the closed lanes" in planner.problem
-    assert planner.update(23.0, 0.0, 0.0) is None and planner.mission.lanes[-1] == "turn"
+    assert planner.update(23.0, 0.0, 0.0) is None and planner.problem == ""
+    assert planner.mission.lanes[-1] == "turn"
     with pytest.raises(ValueError, match="no lane 'up'"):
         planner.close("up")
 

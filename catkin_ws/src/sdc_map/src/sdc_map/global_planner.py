@@ -26,7 +26,7 @@ class GlobalPlanner:
         goals: points (x, y) to which the car drives, in order; passed ones are removed [m]
         closed: ids of closed lanes
         mission: the last mission, None before the first one
-        problem: why the last mission stays although another one is needed, "" if none is needed
+        problem: why the last update gave no mission although one was needed, "" if none was
         graph: the ways between the lanes
         on_mission: called with each new mission
     """
@@ -71,6 +71,7 @@ class GlobalPlanner:
         Raises:
             NoRouteError: a goal cannot be reached, and there is no last mission, which stays
         """
+        self.problem = ""
         lost = self.mission is not None and self._is_lost(x_m, y_m, yaw_rad, z_m)
         if not (self._due or lost):
             return None
@@ -82,7 +83,7 @@ class GlobalPlanner:
                 raise
             self.problem = str(error)
             return None
-        self.mission, self.problem = mission, ""
+        self.mission = mission
         self._line = Polyline(mission.points_m.tolist(), extend=False)
         self._s_m, self._ends_m = 0.0, list(mission.ends_m)
         self.on_mission(mission)
