@@ -69,7 +69,7 @@ class GlobalPlanner:
             z_m: height of the car, NaN if it is not known [m]
 
         Raises:
-            NoRouteError: a goal cannot be reached, and there is no last mission, which stays
+            NoRouteError: a goal cannot be reached, and there is no mission yet that could stay
         """
         self.problem = ""
         lost = self.mission is not None and self._is_lost(x_m, y_m, yaw_rad, z_m)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import itertools
 import math
 import re
 import xml.etree.ElementTree as ElementTree
@@ -28,6 +27,13 @@ _TYPES = {
     **dict.fromkeys(("slipLane", "connectingRamp", "shared"), "driving"),
 }
 _FOR_CARS = ("driving", "entry", "exit", "onRamp", "offRamp", "mwyEntry", "mwyExit")
+# Pieces of a cubic along a road: what they are in, their tag, and the key of their beginning.
+_PIECES = (
+    ("lanes", "laneOffset", "s"),
+    ("elevationProfile", "elevation", "s"),
+    ("lanes/laneSection/*/lane", "width", "sOffset"),
+)
+# What SUMO refuses in a name.
 _NOT_IN_IDS = r"""[\s;|,<>&'"\\]|^:"""
 # Attributes without which netconvert refuses the whole map.
 _NEEDED = {"signal": ("id", "type", "s", "orientation", "dynamic"), "object": ("id", "s", "t")}
@@ -263,14 +269,15 @@ def _write_starts(road: ElementTree.Element) -> None:
 
     netconvert continues the first piece backwards.
     """
-    keys = {"laneOffset": "s", "elevation": "s", "width": "sOffset"}
-    for parent, (tag, key) in itertools.product([*road.iter()], keys.items()):
-        pieces = parent.findall(tag)
-        first = min(pieces, key=lambda piece: float(piece.attrib[key]), default=None)
-        if first is not None and float(first.attrib[key]) > _SAME_PLACE_M:
-            value = "0" if tag == "laneOffset" else first.attrib["a"]
-            start = ElementTree.Element(tag, {key: "0", "a": value, **dict.fromkeys("bcd", "0")})
-            parent.insert(list(parent).index(pieces[0]), start)
+    for parents, tag, key in _PIECES:
+        for parent in road.findall(parents):
+            pieces = parent.findall(tag)
+            first = min(pieces, key=lambda piece: float(piece.attrib[key]), default=None)
+            if first is not None and float(first.attrib[key]) > _SAME_PLACE_M:
+                value = "0" if tag == "laneOffset" else first.attrib["a"]
+                zeros = dict.fromkeys("bcd", "0")
+                start = ElementTree.Element(tag, {key: "0", "a": value, **zeros})
+                parent.insert(list(parent).index(pieces[0]), start)
 
 
 def road_between_junctions(root: ElementTree.Element) -> str:
